@@ -1,0 +1,5 @@
+"""`python -m difflidar`."""
+
+from difflidar.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""The commands of difflidar, one file each."""
