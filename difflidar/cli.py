@@ -61,6 +61,8 @@ def operating_system_says(wrong: OSError) -> str:
     place = wrong.filename or "the output"
     advice = {
         errno.ENOSPC: "the disk is full; nothing was written",
+        errno.EDQUOT: "the disk quota is used up; nothing was written",
+        errno.EFBIG: "larger than files may be here; nothing was written",
         errno.EACCES: "no permission",
         errno.ENOENT: "no such file",
         errno.EROFS: "the file system is read-only",

@@ -11,10 +11,17 @@ PATIENCE_S = 2.0
 
 
 def bar(items: Iterable[Any], total: int | None, label: str) -> Iterable[Any]:
-    """Pass `items` through; where that takes more than two seconds, show how far it is and the time left."""
+    """Pass `items` through; where that takes more than two seconds, show how far it is and the time left.
+
+    Nothing is shown where standard error is not a terminal: a log is no place for a bar.
+    """
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield from items
+        return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     started = time.monotonic()
-    shown = Progress(*columns, console=Console(stderr=True), transient=True)
+    shown = Progress(*columns, console=console, transient=True)
     task = shown.add_task(label, total=total)
     try:
         for item in items:
@@ -23,4 +30,5 @@ def bar(items: Iterable[Any], total: int | None, label: str) -> Iterable[Any]:
             if not shown.live.is_started and time.monotonic() - started > PATIENCE_S:
                 shown.start()
     finally:
-        shown.stop()
+        if shown.live.is_started:
+            shown.stop()

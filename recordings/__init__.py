@@ -1,0 +1,1 @@
+"""What a sensor saw: the Recording, its .rrd and .npz forms, and importers of published data."""

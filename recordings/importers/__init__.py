@@ -1,0 +1,1 @@
+"""Readers of recordings that others publish, one file each."""

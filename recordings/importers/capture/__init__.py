@@ -1,0 +1,1 @@
+"""What the published capture scripts write into their files."""

@@ -1,0 +1,1 @@
+"""What the published TMF8820 data sets hold."""
