@@ -1,0 +1,1 @@
+"""A patch scan becomes one response map per zone."""

@@ -1,0 +1,112 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from calibrate.space import ScanGeometry
+from difflidar.cli import main
+from recordings.maps import ResponseMaps
+from recordings.maps_file import load_maps, save_maps
+
+
+def run(*arguments):
+    with pytest.raises(SystemExit) as ended:
+        main([str(a) for a in arguments])
+    return ended.value.code
+
+
+def refused(capsys, *arguments):
+    """The one sentence of a refusal."""
+    assert run(*arguments) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("difflidar: ")
+    assert said.err.count("\n") == 1
+    assert "Traceback" not in said.err
+    return said.err
+
+
+@pytest.fixture
+def maps(tmp_path):
+    rng = np.random.default_rng(0)
+    x, y = (g.ravel() for g in np.meshgrid(np.arange(100.0, 700, 20), np.arange(60.0, 420, 20)))
+    values = 1e4 * np.stack([np.exp(-(((x - a) / 80) ** 2) - ((y - 240) / 80) ** 2) for a in (300, 500)])
+    values += rng.random(values.shape)
+    intrinsics = np.array([[612.0, 0, 424], [0, 612, 240], [0, 0, 1]])
+    meta = ScanGeometry(intrinsics, np.eye(4), 0.6).to_meta() | {"patch_radius_px": 18.0, "frame": "lidar"}
+    ids = np.array([f"{i:04d}" for i in range(len(x))])
+    path = tmp_path / "maps.npz"
+    save_maps(ResponseMaps(values[None].astype(np.float32), x, y, ids, json.dumps(meta)), path)
+    return path
+
+
+def test_published_figures_at_the_command_line(shared_data, capsys):
+    folder = shared_data / "tmf8828_response_maps"
+    names = "spad_calib_3x3_longrange_bins15_35.npz", "spad_calib_3x3_shortrange_bins45_75.npz"
+    assert run("compare", *(folder / name for name in names), "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {name: round(value, 3) for name, value in found["mean"].items()} == {
+        "iou": 0.915,
+        "displacement_px": 2.942,
+        "cosine": 0.984,
+    }
+    assert len(found["iou_over_thresholds"]["threshold"]) == 19
+
+
+def test_compare_and_its_picture(maps, tmp_path, capsys):
+    assert run("compare", maps, maps, "--picture", tmp_path / "curve.png") == 0
+    assert "1.000 ± 0.000" in capsys.readouterr().out
+    assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_sparse(maps, tmp_path, capsys):
+    assert run("sparse", maps, "--points", 100, "--points", 50, "--picture", tmp_path / "sparse.png") == 0
+    assert "50" in capsys.readouterr().out
+    assert (tmp_path / "sparse.png").exists()
+
+
+def test_move(maps, tmp_path, capsys):
+    assert run("move", maps, 1.2, "--out", tmp_path / "far.npz") == 0
+    near, far = load_maps(maps), load_maps(tmp_path / "far.npz")
+    assert far.meta["calibration_range_m"] == 1.2
+    np.testing.assert_allclose(far.xs, near.xs, atol=1e-3)  # no baseline, no parallax
+    assert (far.responses < near.responses).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["compare", "nothing.npz", "nothing.npz"], "nothing.npz"),
+        (["compare", "MAPS", "MAPS", "--threshold", "2"], "threshold"),
+        (["sparse", "MAPS", "--points", "100000"], "points"),
+        (["move", "MAPS", "-1", "--out", "x.npz"], ""),
+        (["move", "MAPS", "0", "--out", "x.npz"], "distance"),
+        (["baseline", "MAPS", "MAPS", "--distances", "0.5,0.5", "--intrinsics", "612,612,424,240"], "distances"),
+        (["baseline", "MAPS", "MAPS", "--distances", "0.5", "--intrinsics", "612,612,424,240"], "expected 2 numbers"),
+        (["calibrate", "MAPS", "--out", "nowhere/x.npz"], "folder"),
+        (["calibrate", "MAPS", "--out", "x.npz", "--window", "fifteen"], "window"),
+        (["calibrate", "MAPS"], "--out"),
+        (["calibrated"], "calibrated"),
+    ],
+)
+def test_refusals_are_one_sentence(maps, tmp_path, monkeypatch, capsys, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    assert says in refused(capsys, *(maps if a == "MAPS" else a for a in arguments))
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_as_a_process_of_its_own():
+    found = subprocess.run([sys.executable, "-m", "difflidar", "compare", "a", "b"], capture_output=True, text=True)
+    assert found.returncode == 2
+    assert found.stderr.count("\n") == 1
+    assert found.stdout == ""
+
+
+def test_help_names_every_command(capsys):
+    assert run("--help") == 0
+    said = capsys.readouterr().out
+    for name in ("baseline", "calibrate", "compare", "convert", "demo", "info", "move", "repair", "sparse"):
+        assert name in said

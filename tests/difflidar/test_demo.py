@@ -1,0 +1,24 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from difflidar.cli import main
+from recordings.files import load
+from recordings.maps_file import load_maps
+
+
+def test_leaves_what_it_promises(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["demo", "--out", str(tmp_path / "demo"), "--grid", "32x18"])
+    assert ended.value.code == 0
+    said = capsys.readouterr().out
+    assert "Held against the truth" in said
+    for name in ("overlay.png", "sparse.png"):
+        assert (tmp_path / "demo" / name).read_bytes().startswith(b"\x89PNG")
+    assert load_maps(tmp_path / "demo" / "maps.npz").zone_grid == (3, 3)
+    assert len(load(tmp_path / "demo" / "scan.rrd").counts) == 32 * 18
+    rerun = Path(sys.executable).with_name("rerun")
+    for name in ("session.rrd", "scan.rrd"):
+        subprocess.run([rerun, "rrd", "verify", tmp_path / "demo" / name], check=True, capture_output=True)

@@ -1,0 +1,1 @@
+"""Pictures and rerun sessions of what the other rooms computed."""
