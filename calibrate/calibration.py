@@ -122,6 +122,8 @@ def _patch_centres(
         return PatchTrack.given(scan.patch_px, patch_radius_px or scan.meta.get("patch_radius_px", 0.0))
     if scan.rgb is None:
         raise Refusal("rgb: the recording has neither rgb frames nor patch_px, expected one to place the patch by")
+    if len(scan.rgb.shape) == 3:
+        raise Refusal("rgb: one picture for the whole recording, expected a frame for every capture")
     return find_patches(scan.rgb, plan, radius_px=patch_radius_px, progress=progress)
 
 

@@ -12,7 +12,8 @@ from calibrate.patch_edge import Disc, fit_disc
 
 # The search runs on an image reduced until the smallest disc looked for has this radius.
 SMALLEST_PX = 5.0
-RADIUS_STEP = 1.12
+KNOWN_WIDTH_PX = 848  # Where only one radius is looked for, there is time for a larger image.
+RADIUS_STEP = 1.09
 # Radii looked for where none is given, as shares of the image's width; a patch of 17.75 px in 848 is 1/48.
 RADII = 1 / 100, 1 / 14
 NOISES = 4.0  # Gradients below this many times the median are noise.
@@ -21,7 +22,7 @@ SEARCH_PX = 4.0
 LEAST_SCORE = 0.2
 LEAST_CONFIDENCE = 0.35
 LEAST_CONTRAST = 6.0
-WORST_SIGMA = 0.05
+WORST_SIGMA = 0.03
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def find_discs(grey: np.ndarray, radius_px: float | None = None, limit: int = 5)
     width = grey.shape[1]
     smallest, largest = (radius_px, radius_px) if radius_px else (RADII[0] * width, RADII[1] * width)
     radii = smallest * RADIUS_STEP ** np.arange(1 + round(np.log(largest / smallest) / np.log(RADIUS_STEP)))
-    scale = min(1.0, SMALLEST_PX / smallest)
+    scale = min(1.0, max(SMALLEST_PX / smallest, KNOWN_WIDTH_PX / width if radius_px else 0))
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     zoom = np.array(grey.shape[::-1]) / small.shape[::-1]
     spots = candidates(small, radii / zoom[0], (0, 0), small.shape[::-1], limit)
@@ -50,7 +51,7 @@ def find_discs(grey: np.ndarray, radius_px: float | None = None, limit: int = 5)
     for spot in spots[: 4 * limit]:
         x, y = (np.array([spot.x_px, spot.y_px]) + 0.5) * zoom - 0.5
         radius = spot.radius_px * zoom[0]
-        disc = fit_disc(grey, float(x), float(y), radius, max(SEARCH_PX, 0.12 * radius))
+        disc = fit_disc(grey, float(x), float(y), radius, max(SEARCH_PX, 0.1 * radius))
         if disc and plausible(disc) and not any(_same(disc, other) for other in discs):
             discs.append(disc)
     return sorted(discs, key=lambda disc: -disc.confidence)[:limit]
@@ -111,7 +112,7 @@ def rim_scores(
 
 def _width(radius_px: float) -> float:
     """Standard deviation of the ring's thickness: blur, and half a step between radii."""
-    return 0.8 + 0.05 * radius_px
+    return 0.8 + 0.03 * radius_px
 
 
 def _cut(grey: np.ndarray, left: int, top: int, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ import numpy as np
 from calibrate.patch_edge import Disc
 from calibrate.patch_frames import GreyFrames
 from calibrate.patch_sample import stands_still
-from calibrate.patch_target import Target, locate, search
+from calibrate.patch_target import CERTAIN, Target, locate, search
 from recordings.progress import Progress
 
 REACH = 2.0  # Radii by which the patch may have moved since the last frame, beyond its last step.
@@ -29,7 +29,7 @@ def follow(
         disc = None
         if last:
             disc = locate(grey, target, np.array([last.x_px, last.y_px]), reach + step)
-        if disc is None or stands_still(disc, still):
+        if disc is None or disc.confidence < CERTAIN or stands_still(disc, still):
             disc = next((other for other in search(grey, target) if not stands_still(other, still)), None)
         if disc is None:
             continue

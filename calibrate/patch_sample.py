@@ -15,6 +15,7 @@ from recordings.refusal import Refusal
 
 SAMPLE, LARGE_SAMPLE = 36, 196
 STILL_PX = 2.0
+CERTAIN = 0.75
 STILL_SHARE = 0.6
 LABEL = "looking for the patch"
 
@@ -42,10 +43,9 @@ def learn_grid(
         )
         # The seed is fixed, so that a scan always gives the same centres.
         fitted = fit_grid(sightings, len(chosen), shape, frames.size, np.random.default_rng(0))
-        if fitted:
-            grid, belongs = fitted
-            patch = [disc for disc, yes in zip(discs, belongs, strict=True) if yes]
-            return grid, learn_target(patch, frames.size), still
+        patch = [disc for disc, yes in zip(discs, fitted[1], strict=True) if yes] if fitted else []
+        if fitted and _certain(patch):
+            return fitted[0], learn_target(patch, frames.size), still
         if len(chosen) == len(plan.cells):
             break
     with_disc = sum(bool(found) for found in seen)
@@ -70,7 +70,7 @@ def learn_target_alone(frames: GreyFrames, radius_px: float | None, progress: Pr
         members = [disc for discs in alike for disc in discs]
         if sum(disc.confidence for disc in members) > sum(disc.confidence for disc in best):
             best = members
-    if not best:
+    if not _certain(best):
         raise Refusal(f"rgb: none of {len(chosen)} frames looked at shows a disc brighter than its surround")
     return learn_target(best, frames.size), still
 
@@ -78,6 +78,11 @@ def learn_target_alone(frames: GreyFrames, radius_px: float | None, progress: Pr
 def stands_still(disc: Disc, still: np.ndarray) -> bool:
     """Whether a disc is at one of the places (n, 2) where something stands still."""
     return bool((np.hypot(*(still - (disc.x_px, disc.y_px)).T) < STILL_PX).any())
+
+
+def _certain(discs: list[Disc]) -> bool:
+    """Whether most of these are whole, even discs: one thing that is not may be taken for a disc again and again."""
+    return bool(discs) and float(np.median([disc.confidence for disc in discs])) > CERTAIN
 
 
 def _look(frames: GreyFrames, indices: Sequence[int], radius_px: float | None, progress: Progress) -> list[list[Disc]]:

@@ -60,4 +60,5 @@ def describe_maps(maps: ResponseMaps) -> dict[str, Any]:
 
 def array(value: Any) -> dict[str, Any]:
     """Type, shape and size in memory of an array or of frames read on demand."""
-    return {"type": value.dtype.name, "shape": [int(n) for n in value.shape], "bytes": int(value.nbytes)}
+    kind = "text" if value.dtype.kind == "U" else value.dtype.name
+    return {"type": kind, "shape": [int(n) for n in value.shape], "bytes": int(value.nbytes)}
