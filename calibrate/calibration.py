@@ -77,6 +77,7 @@ def calibrate(
         cap_ids=np.array([f"{frame:04d}" for frame in positions.frames[:, 0]]),
         sigma=found.sigma.reshape(*scan.zone_grid, -1).astype(np.float32),
         position_sigma_px=positions.sigma_px.astype(np.float32),
+        position_confidence=positions.confidence.astype(np.float32),
     )
     kernel = fit_kernel(maps, positions.radius_px) if len(positions.x_px) >= 10 and found.value.any() else None
     outliers = np.zeros(found.value.shape, bool) if kernel is None else kernel.outliers

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from calibrate.banded import Penalised, solve
 from calibrate.spline import SplineBasis
@@ -12,6 +13,7 @@ from recordings.refusal import Refusal
 
 STEP_OF_RADIUS = 0.6  # knots this fraction of the patch radius apart: finer structure is blurred away by the patch
 MOST_SPLINES = 12_000
+NEIGHBOURS = 8
 OUTLIER = 6.0  # standard errors between a sample and what its neighbours predict
 CLASS = 20  # samples, at least, in a class of brightness whose scatter is measured
 BRIGHT_SHARE = 0.15  # of the samples, the brightest, are divided as finely as all others together: a zone looks at
@@ -27,7 +29,7 @@ class Kernel:
 
     coefficients: (P, M). patch_radius_px: the disc that was deconvolved. scatter: per zone, standard deviation of
     a sample around the fit as a function of the response there, counts. outliers: (P, K) samples that depart from
-    what all others predict by more than six standard errors; they took no part.
+    what all others predict by more than six standard errors, and from their neighbours; they took no part.
     """
 
     basis: SplineBasis
@@ -86,10 +88,21 @@ def fit_kernel(maps: ResponseMaps, patch_radius_px: float, captures: np.ndarray 
     standardised = (samples - fitted) / np.sqrt(1 - posterior.leverage)
     scatter = tuple(_scatter(left_out[p], standardised[p]) for p in range(len(samples)))
     noise = np.stack([s(level) for s, level in zip(scatter, left_out, strict=True)])
-    outliers = np.abs(standardised) > OUTLIER * noise
+    outliers = (np.abs(standardised) > OUTLIER * noise) & _beyond_neighbours(x, y, samples)
     if outliers.any():
         coefficients = posterior.coefficients(np.where(outliers, left_out, samples))
     return Kernel(basis, posterior, coefficients, float(patch_radius_px), scatter, outliers)
+
+
+def _beyond_neighbours(x: np.ndarray, y: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """(P, K) samples further outside the range of their nearest neighbours than that range is wide.
+
+    Where a scan is coarser than the map's own structure, prediction fails without anything being wrong.
+    """
+    _, near = cKDTree(np.stack([x, y], axis=1)).query(np.stack([x, y], axis=1), min(NEIGHBOURS + 1, len(x)))
+    around = samples[:, near[:, 1:]]
+    low, high = around.min(axis=2), around.max(axis=2)
+    return (samples > high + (high - low)) | (samples < low - (high - low))
 
 
 def _step(x: np.ndarray, y: np.ndarray, patch_radius_px: float) -> float:

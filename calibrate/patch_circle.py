@@ -87,6 +87,6 @@ def _noise_power(error: np.ndarray, weight: np.ndarray, visible: np.ndarray) -> 
     it. The fit absorbs the first harmonics (more of them where less of the rim is seen); the next eight stand for
     these.
     """
-    first = round(3 / float(visible.mean()))
+    first = round(2 / float(visible.mean()))
     power = np.square(np.abs(np.fft.rfft(error)[first : first + 8]))
     return float(power.mean() / np.square(weight).sum())

@@ -15,7 +15,7 @@ from recordings.refusal import Refusal
 
 SAMPLE, LARGE_SAMPLE = 36, 196
 STILL_PX = 2.0
-CERTAIN = 0.75
+CERTAIN = 0.7
 STILL_SHARE = 0.6
 LABEL = "looking for the patch"
 
@@ -43,14 +43,15 @@ def learn_grid(
         )
         # The seed is fixed, so that a scan always gives the same centres.
         fitted = fit_grid(sightings, len(chosen), shape, frames.size, np.random.default_rng(0))
-        patch = [disc for disc, yes in zip(discs, fitted[1], strict=True) if yes] if fitted else []
-        if fitted and _certain(patch):
-            return fitted[0], learn_target(patch, frames.size), still
+        if fitted:
+            grid, belongs = fitted
+            patch = [disc for disc, yes in zip(discs, belongs, strict=True) if yes]
+            return grid, learn_target(patch, frames.size), still
         if len(chosen) == len(plan.cells):
             break
     with_disc = sum(bool(found) for found in seen)
     raise Refusal(
-        f"rgb: {with_disc} of {len(chosen)} frames looked at show a bright disc, and these do not follow a grid of "
+        f"rgb: {with_disc} of {len(chosen)} frames looked at show a whole bright disc, and these do not follow a grid of "
         f"{plan.columns} x {plan.rows} cells in {plan.order} order; expected the patch in most frames, and that plan"
     )
 
@@ -70,8 +71,8 @@ def learn_target_alone(frames: GreyFrames, radius_px: float | None, progress: Pr
         members = [disc for discs in alike for disc in discs]
         if sum(disc.confidence for disc in members) > sum(disc.confidence for disc in best):
             best = members
-    if not _certain(best):
-        raise Refusal(f"rgb: none of {len(chosen)} frames looked at shows a disc brighter than its surround")
+    if not best:
+        raise Refusal(f"rgb: none of {len(chosen)} frames looked at shows a whole disc brighter than its surround")
     return learn_target(best, frames.size), still
 
 
@@ -80,14 +81,10 @@ def stands_still(disc: Disc, still: np.ndarray) -> bool:
     return bool((np.hypot(*(still - (disc.x_px, disc.y_px)).T) < STILL_PX).any())
 
 
-def _certain(discs: list[Disc]) -> bool:
-    """Whether most of these are whole, even discs: one thing that is not may be taken for a disc again and again."""
-    return bool(discs) and float(np.median([disc.confidence for disc in discs])) > CERTAIN
-
-
 def _look(frames: GreyFrames, indices: Sequence[int], radius_px: float | None, progress: Progress) -> list[list[Disc]]:
+    """Discs in each of some frames, without those that are not whole or even: one learns from the clear ones."""
     found = frames.each(indices, lambda _, grey: find_discs(grey, radius_px), progress, LABEL)
-    return [discs for _, discs in found]
+    return [[disc for disc in discs if disc.confidence > CERTAIN] for _, discs in found]
 
 
 def _spread(plan: ScanPlan, count: int) -> np.ndarray:

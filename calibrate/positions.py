@@ -17,7 +17,8 @@ EXACT_PX = 1e-3  # centres are never better known than this
 class Positions:
     """K positions of the patch that were seen.
 
-    x_px, y_px, sigma_px: (K,) centre in the full-size image and its standard error. frames: (K, repeats) indices of
+    x_px, y_px, sigma_px: (K,) centre in the full-size image and its standard error. confidence: (K,) 0 to 1, the
+    lowest of the repeats. frames: (K, repeats) indices of
     the captures. radius_px: of the patch. left_out: ids of the captures that
     gave no sample because no patch was seen.
     methods: how many frames were found in which way.
@@ -26,6 +27,7 @@ class Positions:
     x_px: np.ndarray
     y_px: np.ndarray
     sigma_px: np.ndarray
+    confidence: np.ndarray
     frames: np.ndarray
     radius_px: float
     left_out: list[str]
@@ -49,6 +51,7 @@ def scan_positions(track: PatchTrack, plan: ScanPlan | None) -> Positions:
         x_px=(weight * track.x_px[inside]).sum(axis=1) / total,
         y_px=(weight * track.y_px[inside]).sum(axis=1) / total,
         sigma_px=1 / np.sqrt(total),
+        confidence=track.confidence[inside].min(axis=1),
         frames=inside,
         radius_px=float(np.median(track.radius_px[inside])),
         left_out=[f"{frame:04d}" for frame in frames[~kept].ravel()],

@@ -92,6 +92,7 @@ MAP_FIELDS = {
     "sigma": Field(("RCK",), "uif", not_negative, "a finite standard error of 0 or more"),
     "flags": Field(("RCK",), "u", None, "uint8"),
     "position_sigma_px": Field(("K",), "uif", not_negative, "finite pixels of 0 or more"),
+    "position_confidence": Field(("K",), "uif", not_negative, "a finite number of 0 or more"),
 }
 BYTES_ONLY = ("rgb", "flags")
 

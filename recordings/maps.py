@@ -20,6 +20,7 @@ class ResponseMaps:
     sigma: (rows, cols, K) counts, standard error of each response; None where unknown.
     flags: (rows, cols, K) uint8, bits of `calibrate.flags`; None where nothing was checked.
     position_sigma_px: (K,) standard error of each patch centre; None where unknown.
+    position_confidence: (K,) 0 to 1, how much of the patch the image showed there; None where unknown.
 
     Raises `Refusal` with one sentence naming the array, the value at fault and what was expected.
     """
@@ -32,6 +33,7 @@ class ResponseMaps:
     sigma: np.ndarray | None = None
     flags: np.ndarray | None = None
     position_sigma_px: np.ndarray | None = None
+    position_confidence: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         check_maps(self)

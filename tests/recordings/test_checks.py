@@ -146,6 +146,7 @@ MAPS = {
     "sigma": np.ones((2, 3, 4)),
     "flags": np.zeros((2, 3, 4), "u1"),
     "position_sigma_px": np.ones(4),
+    "position_confidence": np.ones(4),
 }
 
 

@@ -30,6 +30,7 @@ OWN = {
     "sigma": np.random.default_rng(1).random((2, 3, 5)),
     "flags": np.arange(30, dtype=np.uint8).reshape(2, 3, 5),
     "position_sigma_px": np.random.default_rng(2).random(5, np.float32),
+    "position_confidence": np.random.default_rng(3).random(5, np.float32),
 }
 
 
