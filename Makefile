@@ -19,7 +19,7 @@ lint: .venv/ready
 	$(BIN)/ruff format --check .
 
 bench: .venv/ready
-	$(BIN)/python -m pytest bench -o python_files='bench_*.py' -p no:randomly -p no:xdist --benchmark-columns=min,median,max,rounds
+	$(BIN)/python -m pytest bench -s -o python_files='bench_*.py' -p no:randomly -p no:xdist --benchmark-columns=min,median,max,rounds
 
 .venv/ready: pyproject.toml constraints.txt tools/system_libraries.sh
 	@test -n "$(PYTHON)" || { echo "difflidar needs Python 3.11 or 3.12 with venv; none was found" >&2; exit 2; }

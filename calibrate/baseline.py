@@ -9,6 +9,7 @@ from calibrate.consistency import centroids
 from calibrate.kernel import Kernel, fit_kernel
 from calibrate.space import FALLOFF, ScanGeometry
 from recordings.maps import ResponseMaps
+from recordings.progress import Progress, silent
 from recordings.refusal import Refusal
 
 APART = 1.05  # the ranges must differ by this factor before a shift with range can be seen
@@ -41,13 +42,20 @@ def estimate_baseline(
     intrinsics: np.ndarray,
     depths_m: tuple[float, float],
     radii_px: tuple[float, float],
+    progress: Progress = silent,
 ) -> Baseline:
     """Find the LiDAR's position from two scans whose patch moved in planes at two distances.
 
     The rays of `a`, carried from the camera's origin to the LiDAR's, must meet the second plane where `b` responds
     alike: least squares over the position, each zone's level free. Parallax moves a map by f · b · (1/Z_b − 1/Z_a).
     Across the optical axis this is sharp; along it, a tilt of either plane that is not known goes into the answer.
+
+    intrinsics: (3, 3) of the full-size image, pixels. depths_m: of the two planes along the optical axis. radii_px: of
+    the patch's image in each. Raises `Refusal` where the distances are no positive numbers or too alike, or the zones
+    of the two differ.
     """
+    if not all(np.isfinite(depth) and depth > 0 for depth in depths_m):
+        raise Refusal(f"distances: {depths_m[0]} m and {depths_m[1]} m, expected metres above 0")
     ratio = max(depths_m) / min(depths_m)
     if ratio < APART:
         raise Refusal(
@@ -60,15 +68,16 @@ def estimate_baseline(
     zones = np.arange(len(a.by_zone))
     start = problem.rough_origin(b)
     best, rms = problem.solve(zones, start)
-    return Baseline(best, _jackknife(problem, zones, best), rms)
+    return Baseline(best, _jackknife(problem, zones, best, progress), rms)
 
 
-def _jackknife(problem: "_Problem", zones: np.ndarray, best: np.ndarray) -> np.ndarray:
+def _jackknife(problem: "_Problem", zones: np.ndarray, best: np.ndarray, progress: Progress) -> np.ndarray:
     """(3,) standard error from leaving out zones: samples of one zone share their kernel's errors."""
     n = len(zones)
     if n == 1:
         return np.full(3, np.inf)
-    without = np.stack([problem.solve(np.delete(zones, p), best)[0] for p in zones])
+    left_out = progress(zones, n, "leaving out one zone at a time")
+    without = np.stack([problem.solve(np.delete(zones, p), best)[0] for p in left_out])
     return np.sqrt((n - 1) / n * np.square(without - best).sum(axis=0))
 
 

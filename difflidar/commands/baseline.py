@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from difflidar.options import Numbers
+from difflidar.progress import bar
 
 
 @click.command()
@@ -26,7 +27,7 @@ def command(a, b, distances, intrinsics, patch_radii):
     radii = patch_radii or tuple(m.meta.get("patch_radius_px") for m in maps)
     if None in radii:
         raise Refusal("patch_radius_px: not in the meta of the maps, expected --patch-radii A,B in pixels")
-    found = estimate_baseline(*maps, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), distances, radii)
+    found = estimate_baseline(*maps, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), distances, radii, bar)
     for axis, value, sigma in zip("xyz", found.origin_m * 1e3, found.sigma_m * 1e3, strict=True):
         click.echo(f"{axis} {value:+.2f} ± {sigma:.2f} mm")
     click.echo(

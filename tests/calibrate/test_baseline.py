@@ -39,3 +39,9 @@ def test_finds_the_baseline_within_its_error():
 def test_equal_ranges_show_no_parallax():
     with pytest.raises(Refusal, match="factor"):
         estimate_baseline(scan_at(0.5), scan_at(0.51), INTRINSICS, (0.5, 0.51), (0.0, 0.0))
+
+
+@pytest.mark.parametrize("depths", [(0.0, 1.0), (-1.0, 1.0), (np.nan, 1.0)])
+def test_impossible_distances_are_refused(depths):
+    with pytest.raises(Refusal, match="above 0"):
+        estimate_baseline(scan_at(0.5), scan_at(0.6), INTRINSICS, depths, (0.0, 0.0))
