@@ -173,6 +173,8 @@ def _geometry(scan: Recording, depth_m: float | None, baseline_m: tuple[float, f
     depth = depth_m if depth_m is not None else scan.meta.get("patch_depth_m")
     transform = scan.lidar_from_camera
     if baseline_m is not None:
+        if not np.isfinite(baseline_m).all():
+            raise Refusal(f"baseline: {tuple(baseline_m)} m found, expected finite metres")
         transform = np.eye(4)
         transform[:3, 3] = -np.asarray(baseline_m, float)
     if depth is None or transform is None or scan.intrinsics is None:

@@ -67,6 +67,8 @@ def fit_kernel(maps: ResponseMaps, patch_radius_px: float, captures: np.ndarray 
     patch_radius_px: radius of the patch in the full-size image, pixels; 0 where its size is not to be deconvolved.
     A zone that never responds has the kernel 0. Raises `Refusal` where none responds, or for fewer than 10 samples.
     """
+    if not (np.isfinite(patch_radius_px) and patch_radius_px >= 0):
+        raise Refusal(f"patch radius: {patch_radius_px} px found, expected pixels of 0 or more")
     captures = np.arange(len(maps.xs)) if captures is None else captures
     x, y = maps.xs[captures].astype(float), maps.ys[captures].astype(float)
     samples = maps.by_zone[:, captures].astype(float)

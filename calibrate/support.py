@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrate.kernel import Kernel
+from recordings.refusal import Refusal
 
 STEP_PX = 2.0
 
@@ -25,6 +26,8 @@ class Supports:
 
 def supports(kernel: Kernel, threshold: float, step_px: float = STEP_PX) -> Supports:
     """Supports of the continuous maps, as a scan with this patch sees them, at `threshold` of each zone's peak."""
+    if not 0 < threshold < 1:
+        raise Refusal(f"threshold: {threshold} found, expected a fraction of the peak between 0 and 1")
     basis, margin = kernel.basis, kernel.patch_radius_px
     x = np.arange(basis.left_px + margin, basis.left_px + basis.columns * basis.step_px - margin, step_px)
     y = np.arange(basis.top_px + margin, basis.top_px + basis.rows * basis.step_px - margin, step_px)

@@ -28,10 +28,13 @@ def command(scan, background, out, grid, window, patch_radius, patch_distance, b
     from recordings.atomic import expect_place_for
     from recordings.files import load
     from recordings.maps_file import save_maps
+    from recordings.refusal import Refusal
 
     for path in (out, picture):
         if path is not None:
             expect_place_for(path)
+    if not 0 < threshold < 1:
+        raise Refusal(f"threshold: {threshold} found, expected a fraction of the peak between 0 and 1")
     recording = load(scan)
     result = calibrate(
         recording,

@@ -171,11 +171,12 @@ def broken(simulated, **changes):
         (lambda s: calibrate(s[0], replace(s[1], zone_grid=np.array([1, 9]))), "zone_grid"),
         (lambda s: calibrate(s[0], s[1], plan=ScanPlan(3, 3)), "scan plan: 9 frames"),
         (lambda s: calibrate(replace(s[0], rgb=None), s[1]), "neither rgb"),
-        (lambda s: calibrate(replace(s[0], patch_px=s[2].centres_px[cell_index()]), s[1], window=(100, 128)), "window"),
+        (lambda s: calibrate(known(s), s[1], window=(100, 128)), "window"),
         (
-            lambda s: calibrate(replace(s[0], patch_px=s[2].centres_px[cell_index()]), s[1], patch_depth_m=-1.0),
+            lambda s: calibrate(known(s), s[1], patch_depth_m=-1.0),
             "patch distance",
         ),
+        (lambda s: calibrate(known(s), s[1], baseline_m=(0.1, np.nan, 0)), "baseline"),
     ],
 )
 def test_what_cannot_be_calibrated_is_refused(simulated, case, says):
@@ -183,5 +184,6 @@ def test_what_cannot_be_calibrated_is_refused(simulated, case, says):
         case(simulated)
 
 
-def cell_index():
-    return np.maximum(np.arange(PLAN.count) - PLAN.first, 0)
+def known(simulated):
+    """The scan with its centres given, which need not be looked for."""
+    return replace(simulated[0], patch_px=simulated[2].centres_px[np.maximum(np.arange(PLAN.count) - PLAN.first, 0)])
