@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from calibrate.patch_circle import NORMALS, RAYS, fit_circle
+from calibrate.patch_circle import NORMALS, RAYS, Expected, fit_circle
 
 STEP_PX = 0.5
 SMOOTH_PX = 0.8
@@ -23,7 +23,7 @@ class Disc:
 
     x_px, y_px: centre, pixel centres at integers. radius_px: where the rim is steepest, which a blur of standard
     deviation s moves inwards by s²/2r without moving the centre.
-    sigma_px: standard error of the centre along one axis.
+    sigma_px: standard error of the centre along one axis. noise_px: standard deviation per ray behind it.
     confidence: 0 to 1, the share of the visible rim that was found times the share of the inside that is even.
     contrast: counts, median step across the rim. arc: 0 to 1, how much of the rim the image holds.
     """
@@ -32,36 +32,30 @@ class Disc:
     y_px: float
     radius_px: float
     sigma_px: float
+    noise_px: float
     confidence: float
     contrast: float
     arc: float
 
 
-def fit_disc(
-    grey: np.ndarray,
-    x_px: float,
-    y_px: float,
-    radius_px: float,
-    search_px: float,
-    radius_sigma_px: float = np.inf,
-) -> Disc | None:
+def fit_disc(grey: np.ndarray, x_px: float, y_px: float, expected: Expected, search_px: float) -> Disc | None:
     """Fit a disc to the rim within `search_px` of a guessed circle; None where no rim supports one.
 
     grey: (H, W) uint8. Rim points are where brightness falls most steeply along rays from the centre, so that only
-    discs brighter than their surround have any. A radius known to `radius_sigma_px` steadies the fit where the
-    border of the image hides part of the rim.
+    discs brighter than their surround have any. A well known radius steadies the fit where the border of the image
+    or a glare hides part of the rim.
     """
-    patch = _Polar.around(grey, x_px, y_px, radius_px + search_px + 3 * RIM_PX)
+    patch = _Polar.around(grey, x_px, y_px, expected.radius_px + search_px + 3 * RIM_PX)
     if patch is None:
         return None
-    x, y, radius = x_px, y_px, radius_px
+    x, y, radius = x_px, y_px, expected.radius_px
     reach = cut = search_px
     for _ in range(PASSES):
         distance, fall, visible = _rim(patch, x, y, radius, reach)
         if visible.sum() < LEAST_ARC * RAYS:
             return None
         usable = visible & (fall > max(WEAK * np.percentile(fall[visible], 75), 0))
-        fit = fit_circle(distance, usable, visible, cut, (radius_px, radius_sigma_px))
+        fit = fit_circle(distance, usable, visible, cut, expected)
         if fit is None or np.hypot(fit.dx_px, fit.dy_px) > 2 * reach or abs(fit.radius_px - radius) > 2 * reach:
             return None
         x, y, radius = x + fit.dx_px, y + fit.dy_px, fit.radius_px
@@ -70,7 +64,7 @@ def fit_disc(
         reach, cut = min(search_px, REFINE_PX), 0.0
     even, contrast = _inside(patch, x, y, radius, fit.inlier)
     support = fit.inlier.sum() / visible.sum()
-    return Disc(x, y, radius, fit.sigma_px, float(support * even), contrast, float(visible.mean()))
+    return Disc(x, y, radius, fit.sigma_px, fit.noise_px, float(support * even), contrast, float(visible.mean()))
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import scipy.fft
 
+from calibrate.patch_circle import Expected
 from calibrate.patch_edge import Disc, fit_disc
 
 # The search runs on an image reduced until the smallest disc looked for has this radius.
@@ -16,6 +17,7 @@ KNOWN_WIDTH_PX = 848  # Where only one radius is looked for, there is time for a
 RADIUS_STEP = 1.09
 # Radii looked for where none is given, as shares of the image's width; a patch of 17.75 px in 848 is 1/48.
 RADII = 1 / 100, 1 / 14
+LEAST_RADIUS_PX = 3.0
 NOISES = 4.0  # Gradients below this many times the median are noise.
 LEAST_SHARE = 0.15
 SEARCH_PX = 4.0
@@ -41,7 +43,8 @@ def find_discs(grey: np.ndarray, radius_px: float | None = None, limit: int = 5)
     radius_px: of the disc, to 10 %; any between 1/100 and 1/14 of the image's width where None.
     """
     width = grey.shape[1]
-    smallest, largest = (radius_px, radius_px) if radius_px else (RADII[0] * width, RADII[1] * width)
+    smallest = radius_px or max(RADII[0] * width, LEAST_RADIUS_PX)
+    largest = radius_px or max(RADII[1] * width, smallest)
     radii = smallest * RADIUS_STEP ** np.arange(1 + round(np.log(largest / smallest) / np.log(RADIUS_STEP)))
     scale = min(1.0, max(SMALLEST_PX / smallest, KNOWN_WIDTH_PX / width if radius_px else 0))
     small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -51,7 +54,7 @@ def find_discs(grey: np.ndarray, radius_px: float | None = None, limit: int = 5)
     for spot in spots[: 4 * limit]:
         x, y = (np.array([spot.x_px, spot.y_px]) + 0.5) * zoom - 0.5
         radius = spot.radius_px * zoom[0]
-        disc = fit_disc(grey, float(x), float(y), radius, max(SEARCH_PX, 0.1 * radius))
+        disc = fit_disc(grey, float(x), float(y), Expected(radius), max(SEARCH_PX, 0.1 * radius))
         if disc and plausible(disc) and not any(_same(disc, other) for other in discs):
             discs.append(disc)
     return sorted(discs, key=lambda disc: -disc.confidence)[:limit]

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from calibrate.patch_edge import Disc
+from calibrate.patch_find import find_discs
 from calibrate.patch_frames import GreyFrames
 from calibrate.patch_sample import stands_still
-from calibrate.patch_target import CERTAIN, Target, locate, search
+from calibrate.patch_target import Target, locate
 from recordings.progress import Progress
 
 REACH = 2.0  # Radii by which the patch may have moved since the last frame, beyond its last step.
@@ -26,13 +27,16 @@ def follow(
     step = 0.0
     reach = REACH * float(target.radius[0])
     for index, grey in frames.each(indices, lambda _, grey: grey, progress, "following the patch"):
-        disc = None
-        if last:
-            disc = locate(grey, target, np.array([last.x_px, last.y_px]), reach + step)
-        if disc is None or disc.confidence < CERTAIN or stands_still(disc, still):
-            disc = next((other for other in search(grey, target) if not stands_still(other, still)), None)
+        near = locate(grey, target, np.array([last.x_px, last.y_px]), reach + step) if last else None
+        disc = _clear([near] if near else [], target, still)
+        disc = disc or _clear(find_discs(grey, float(target.radius[0])), target, still)
         if disc is None:
             continue
         step = min(np.hypot(disc.x_px - last.x_px, disc.y_px - last.y_px), reach) if last else 0.0
         found[index] = last = disc
     return found
+
+
+def _clear(discs: list[Disc], target: Target, still: np.ndarray) -> Disc | None:
+    """The first of the discs that is the patch and moves."""
+    return next((disc for disc in discs if target.is_clearly_shown_by(disc) and not stands_still(disc, still)), None)

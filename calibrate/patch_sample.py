@@ -18,6 +18,7 @@ STILL_PX = 2.0
 CERTAIN = 0.7
 STILL_SHARE = 0.6
 LABEL = "looking for the patch"
+EXPECTED = "a round patch that is brighter than its surround"
 
 
 def learn_grid(
@@ -28,32 +29,21 @@ def learn_grid(
     Looks at cells spread over the grid, its corners included; at four times as many where these do not suffice.
     Raises `Refusal` where no grid of the plan explains what is seen.
     """
-    shape = plan.columns, plan.rows
     for count in (SAMPLE, LARGE_SAMPLE):
         chosen = _spread(plan, count)
-        seen = _look(frames, plan.frames[chosen, 0], radius_px, progress)
-        seen, still = _moving(seen)
-        owner = np.repeat(np.arange(len(chosen)), [len(discs) for discs in seen])
-        discs = [disc for found in seen for disc in found]
-        sightings = Sightings(
-            cell=plan.cells[chosen][owner],
-            at_px=np.array([(disc.x_px, disc.y_px) for disc in discs]).reshape(-1, 2),
-            radius_px=np.array([disc.radius_px for disc in discs]),
-            confidence=np.array([disc.confidence for disc in discs]),
-        )
-        # The seed is fixed, so that a scan always gives the same centres.
-        fitted = fit_grid(sightings, len(chosen), shape, frames.size, np.random.default_rng(0))
+        seen, still = _moving(_look(frames, plan.frames[chosen, 0], radius_px, progress))
+        fitted = _fit(plan, chosen, seen, frames.size)
         if fitted:
-            grid, belongs = fitted
-            patch = [disc for disc, yes in zip(discs, belongs, strict=True) if yes]
-            return grid, learn_target(patch, frames.size), still
-        if len(chosen) == len(plan.cells):
             break
-    with_disc = sum(bool(found) for found in seen)
-    raise Refusal(
-        f"rgb: {with_disc} of {len(chosen)} frames looked at show a whole bright disc, and these do not follow a grid of "
-        f"{plan.columns} x {plan.rows} cells in {plan.order} order; expected the patch in most frames, and that plan"
-    )
+    else:
+        raise _no_grid(sum(map(bool, seen)), len(chosen), plan)
+    if radius_px is None and len(fitted[1]) < len(chosen) / 2:
+        # The search for one radius sees more than the search for any.
+        radius_px = float(np.median([disc.radius_px for disc in fitted[1]]))
+        seen, still = _moving(_look(frames, plan.frames[chosen, 0], radius_px, progress))
+        fitted = _fit(plan, chosen, seen, frames.size) or fitted
+    grid, patch = fitted
+    return grid, learn_target(patch, frames.size), still
 
 
 def learn_target_alone(frames: GreyFrames, radius_px: float | None, progress: Progress) -> tuple[Target, np.ndarray]:
@@ -72,7 +62,7 @@ def learn_target_alone(frames: GreyFrames, radius_px: float | None, progress: Pr
         if sum(disc.confidence for disc in members) > sum(disc.confidence for disc in best):
             best = members
     if not best:
-        raise Refusal(f"rgb: none of {len(chosen)} frames looked at shows a whole disc brighter than its surround")
+        raise Refusal(f"rgb: none of {len(chosen)} frames looked at shows {EXPECTED}")
     return learn_target(best, frames.size), still
 
 
@@ -85,6 +75,31 @@ def _look(frames: GreyFrames, indices: Sequence[int], radius_px: float | None, p
     """Discs in each of some frames, without those that are not whole or even: one learns from the clear ones."""
     found = frames.each(indices, lambda _, grey: find_discs(grey, radius_px), progress, LABEL)
     return [[disc for disc in discs if disc.confidence > CERTAIN] for _, discs in found]
+
+
+def _fit(
+    plan: ScanPlan, chosen: np.ndarray, seen: list[list[Disc]], size: tuple[int, int]
+) -> tuple[GridModel, list[Disc]] | None:
+    """The grid that explains the discs seen at some cells, and those that are the patch."""
+    discs = [disc for found in seen for disc in found]
+    sightings = Sightings(
+        cell=plan.cells[np.repeat(chosen, [len(found) for found in seen])],
+        at_px=np.array([(disc.x_px, disc.y_px) for disc in discs]).reshape(-1, 2),
+        radius_px=np.array([disc.radius_px for disc in discs]),
+        confidence=np.array([disc.confidence for disc in discs]),
+    )
+    # The seed is fixed, so that a scan always gives the same centres.
+    fitted = fit_grid(sightings, len(chosen), (plan.columns, plan.rows), size, np.random.default_rng(0))
+    return fitted and (fitted[0], [disc for disc, belongs in zip(discs, fitted[1], strict=True) if belongs])
+
+
+def _no_grid(shown: int, count: int, plan: ScanPlan) -> Refusal:
+    if shown < count / 4:
+        return Refusal(f"rgb: {shown} of {count} frames looked at show {EXPECTED}, expected one in most")
+    return Refusal(
+        f"rgb: the discs seen in {shown} of {count} frames looked at do not follow a grid of {plan.columns} x "
+        f"{plan.rows} cells in {plan.order} order, expected the grid of the scan plan"
+    )
 
 
 def _spread(plan: ScanPlan, count: int) -> np.ndarray:
@@ -108,13 +123,11 @@ def _moving(seen: list[list[Disc]]) -> tuple[list[list[Disc]], np.ndarray]:
 
     Where little else is seen, the patch itself may be at rest: then everything is kept.
     """
-    places = []
-    least = max(3, STILL_SHARE * len(seen))
-    for disc in (disc for discs in seen for disc in discs):
-        here = np.array([(disc.x_px, disc.y_px)])
-        if sum(any(stands_still(other, here) for other in discs) for discs in seen) >= least:
-            places.append(here[0])
-    still = np.unique(np.round(np.reshape(places, (-1, 2))), axis=0)
+    owner = np.repeat(np.arange(len(seen)), [len(discs) for discs in seen])
+    at = np.array([(disc.x_px, disc.y_px) for discs in seen for disc in discs]).reshape(-1, 2)
+    here = np.linalg.norm(at[:, None] - at, axis=-1) < STILL_PX
+    often = [len(np.unique(owner[row])) >= max(3, STILL_SHARE * len(seen)) for row in here]
+    still = np.unique(at[np.array(often, bool)].round(), axis=0)
     moving = [[disc for disc in discs if not stands_still(disc, still)] for discs in seen]
     if sum(map(bool, moving)) < sum(map(bool, seen)) / 2:
         return seen, np.empty((0, 2))
