@@ -57,7 +57,8 @@ def estimate_baseline(
     if not all(np.isfinite(depth) and depth > 0 for depth in depths_m):
         raise Refusal(f"distances: {depths_m[0]} m and {depths_m[1]} m, expected metres above 0")
     if not (np.isfinite(intrinsics).all() and intrinsics[0, 0] > 0 and intrinsics[1, 1] > 0):
-        raise Refusal(f"intrinsics: focal lengths {intrinsics[0, 0]} and {intrinsics[1, 1]} px, expected pixels above 0")
+        focal = f"{intrinsics[0, 0]} and {intrinsics[1, 1]} px"
+        raise Refusal(f"intrinsics: focal lengths {focal}, expected pixels above 0")
     ratio = max(depths_m) / min(depths_m)
     if ratio < APART:
         raise Refusal(
