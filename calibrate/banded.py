@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg.lapack import dtbtrs
 from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
@@ -46,10 +47,17 @@ class Penalised:
     def variance(self, rows: sparse.csr_array) -> np.ndarray:
         """(N,) posterior variance of `rows` (N, M) times the coefficients, for noise of unit variance."""
         found = np.empty(rows.shape[0])
+        starts = np.full(rows.shape[0], rows.shape[1])
+        np.minimum.at(starts, np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), rows.indices)
+        order = np.argsort(starts)
         with one_thread():
-            for start in range(0, rows.shape[0], COLUMNS):
-                block = rows[start : start + COLUMNS].toarray().T
-                found[start : start + COLUMNS] = (block * cho_solve_banded((self.factor, True), block)).sum(axis=0)
+            for begin in range(0, len(order), COLUMNS):
+                some = order[begin : begin + COLUMNS]
+                # With S = LLᵀ, bᵀS⁻¹b = |L⁻¹b|²; before the first entry of b the solution of Lz = b is 0.
+                first = min(starts[some[0]], rows.shape[1] - 1)
+                right = np.asfortranarray(rows[some].toarray().T[first:])
+                solved, _ = dtbtrs(self.factor[:, first:], right, uplo="L", overwrite_b=True)
+                found[some] = np.square(solved).sum(axis=0)
         return found
 
     @cached_property

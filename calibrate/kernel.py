@@ -11,6 +11,7 @@ from calibrate.spline import SplineBasis
 from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
 
+PUBLISHED_RADIUS_PX = 17.75  # what the published scan's patch was looked for with
 STEP_OF_RADIUS = 0.6  # knots this fraction of the patch radius apart: finer structure is blurred away by the patch
 MOST_SPLINES = 12_000
 NEIGHBOURS = 8
@@ -96,6 +97,11 @@ def fit_kernel(maps: ResponseMaps, patch_radius_px: float, captures: np.ndarray 
     return Kernel(basis, posterior, coefficients, float(patch_radius_px), scatter, outliers)
 
 
+def patch_radius_of(maps: ResponseMaps) -> float:
+    """Radius of the patch that the maps were scanned with, pixels; published files do not carry it."""
+    return float(maps.meta.get("patch_radius_px", PUBLISHED_RADIUS_PX))
+
+
 def _beyond_neighbours(x: np.ndarray, y: np.ndarray, samples: np.ndarray) -> np.ndarray:
     """(P, K) samples further outside the range of their nearest neighbours than that range is wide.
 
@@ -109,10 +115,11 @@ def _beyond_neighbours(x: np.ndarray, y: np.ndarray, samples: np.ndarray) -> np.
 
 def _step(x: np.ndarray, y: np.ndarray, patch_radius_px: float) -> float:
     """Knot spacing: fine enough for what the patch can resolve, bounded in number for very large images."""
-    area = np.ptp(x) * np.ptp(y)
-    spacing = np.sqrt(area / len(x))
-    finest = np.sqrt(area / MOST_SPLINES)
-    return float(max(STEP_OF_RADIUS * patch_radius_px if patch_radius_px else spacing, finest, 1e-6))
+    width, height = np.ptp(x), np.ptp(y)
+    nearest = cKDTree(np.stack([x, y], axis=1)).query(np.stack([x, y], axis=1), 2)[0][:, 1]
+    wanted = STEP_OF_RADIUS * patch_radius_px if patch_radius_px else float(np.median(nearest))
+    finest = max(np.sqrt(width * height / MOST_SPLINES), (width + height) / np.sqrt(MOST_SPLINES) / 10, 1e-3)
+    return float(max(wanted, finest))
 
 
 def _scatter(level: np.ndarray, residual: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import os
 import pkgutil
 import sys
 from collections.abc import Sequence
@@ -45,6 +46,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         refuse("interrupted; nothing was written")
     except (Refusal, MemoryError) as wrong:
         refuse(str(wrong) or "not enough memory for this input")
+    except BrokenPipeError:
+        # Whoever read the output, such as `head`, has seen enough; nothing must be written at exit, either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
     except OSError as wrong:
         refuse(operating_system_says(wrong))
     sys.exit(status if isinstance(status, int) else 0)

@@ -17,13 +17,13 @@ from difflidar.progress import bar
 @click.option("--picture", type=click.Path(path_type=Path), help="The same as a graph, .png.")
 def command(maps, points, patch_radius, threshold, picture):
     """Predict MAPS from ever fewer of its scan points and compare with the full map."""
+    from calibrate.kernel import patch_radius_of
     from calibrate.sparse import sparse_scans
     from recordings.maps_file import load_maps
 
     full = load_maps(maps)
     total = len(full.xs)
-    # 17.75 px is the radius the published scan was detected with; its files do not carry it.
-    radius = patch_radius if patch_radius is not None else full.meta.get("patch_radius_px", 17.75)
+    radius = patch_radius_of(full) if patch_radius is None else patch_radius
     wanted = points or tuple(total // part for part in (2, 4, 8, 16))
     found = sparse_scans(full, radius, tuple(wanted), threshold, bar)
     table = Table(

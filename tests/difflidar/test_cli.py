@@ -75,6 +75,29 @@ def test_move(maps, tmp_path, capsys):
     assert (far.responses < near.responses).all()
 
 
+@pytest.mark.parametrize("more", [[], ["--deconvolved"]])
+def test_grid(maps, tmp_path, capsys, more):
+    assert run("grid", maps, "--out", tmp_path / "grid.npz", "--step", 8, *more) == 0
+    with np.load(tmp_path / "grid.npz") as grid:
+        assert grid["response"].shape == grid["sigma"].shape == grid["support"].shape == (1, 2, 60, 106)
+        # The bells of the fixture: exp(−r²/80²) reaches a tenth within r² = 80² ln 10.
+        area = np.pi * 80**2 * np.log(10) / 64
+        assert grid["support"].sum(axis=(2, 3))[0] == pytest.approx([area, area], rel=0.12)
+        row, column = np.unravel_index(np.nanargmax(grid["response"][0, 0]), (60, 106))
+        assert (column * 8 + 3.5, row * 8 + 3.5) == pytest.approx((300, 240), abs=8)
+        assert (grid["sigma"][grid["support"]] > 0).all()
+
+
+def test_rays(maps, tmp_path, capsys):
+    assert run("rays", maps, "--out", tmp_path / "rays.npz") == 0
+    there = load_maps(maps)
+    with np.load(tmp_path / "rays.npz") as rays:
+        expected = np.stack([(there.xs - 424) / 612, (there.ys - 240) / 612, np.ones(len(there.xs))], axis=1)
+        expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+        np.testing.assert_allclose(rays["directions"], expected, atol=1e-6)
+        assert rays["weights"].shape == there.responses.shape
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -86,6 +109,9 @@ def test_move(maps, tmp_path, capsys):
         (["baseline", "MAPS", "MAPS", "--distances", "0.5,0.5", "--intrinsics", "612,612,424,240"], "distances"),
         (["baseline", "MAPS", "MAPS", "--distances", "0.5,1", "--intrinsics", "0,0,0,0"], "focal lengths"),
         (["sparse", "MAPS", "--patch-radius", "-3"], "patch radius"),
+        (["grid", "MAPS", "--out", "x.npz", "--step", "0"], "step"),
+        (["grid", "MAPS", "--out", "x.npz", "--threshold", "0"], "threshold"),
+        (["rays", "MAPS", "--out", "nowhere/x.npz"], "folder"),
         (["sparse", "MAPS", "--patch-radius", "nan"], "patch radius"),
         (["calibrate", "MAPS", "--out", "x.npz", "--threshold", "7"], "threshold"),
         (["baseline", "MAPS", "MAPS", "--distances", "0.5", "--intrinsics", "612,612,424,240"], "expected 2 numbers"),
@@ -112,5 +138,17 @@ def test_as_a_process_of_its_own():
 def test_help_names_every_command(capsys):
     assert run("--help") == 0
     said = capsys.readouterr().out
-    for name in ("baseline", "calibrate", "compare", "convert", "demo", "info", "move", "repair", "sparse"):
+    for name in (
+        "baseline",
+        "calibrate",
+        "compare",
+        "convert",
+        "demo",
+        "grid",
+        "info",
+        "move",
+        "rays",
+        "repair",
+        "sparse",
+    ):
         assert name in said
