@@ -28,16 +28,24 @@ class ImpulseResponse:
     time_s: np.ndarray
     probability: np.ndarray
 
+    @property
+    def step_s(self) -> float:
+        """Width of a step, seconds."""
+        return float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
+
     @cached_property
-    def _edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Edges of the steps (N + 1,) in seconds, and the probability of having been registered by then."""
-        step = (self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
-        edges = self.time_s[0] + step * (np.arange(len(self.time_s) + 1) - 0.5)
-        return edges, np.concatenate([[0.0], np.cumsum(self.probability, dtype=float)])
+    def edges(self) -> np.ndarray:
+        """(N + 1,) edges of the steps, seconds."""
+        return float(self.time_s[0]) + self.step_s * (np.arange(len(self.time_s) + 1) - 0.5)
+
+    @cached_property
+    def edge_cumulative(self) -> np.ndarray:
+        """(N + 1,) probability of having been registered by each edge."""
+        return np.concatenate([[0.0], np.cumsum(self.probability, dtype=float)])
 
     def cumulative(self, time_s: np.ndarray) -> np.ndarray:
         """Probability that a photon is registered before `time_s` after its nominal arrival, any shape."""
-        return np.interp(time_s, *self._edges)
+        return np.interp(time_s, self.edges, self.edge_cumulative)
 
     def in_bins(self, arrival_s: np.ndarray, bins: int, bin_width_s: float) -> np.ndarray:
         """(..., bins) share of a pulse in each bin, for nominal arrivals (...) after the start of bin 0.
@@ -46,6 +54,23 @@ class ImpulseResponse:
         """
         edges = np.arange(bins + 1) * bin_width_s
         return np.diff(self.cumulative(edges - np.asarray(arrival_s, float)[..., None]), axis=-1)
+
+    def with_tail(self, tail_s: float, share: float) -> "ImpulseResponse":
+        """The response where a share of the photons is delayed once more, exponentially with mean `tail_s`.
+
+        Exact for this response, whose photons are spread evenly over each step; `TAIL_REACH` time constants longer.
+        """
+        if not (tail_s > 0 and 0 <= share <= 1):
+            raise Refusal(f"tail: time constant {tail_s} s, share {share}, expected above 0 and 0 to 1")
+        more = int(np.ceil(TAIL_REACH * tail_s / self.step_s))
+        core = np.concatenate([self.probability, np.zeros(more)])
+        # Of photons delayed from a step, `same` are registered within it; of those that still wait, `kept` wait on.
+        kept = np.exp(-self.step_s / tail_s)
+        same = 1 + np.expm1(-self.step_s / tail_s) * tail_s / self.step_s
+        tail = lfilter([same, (1 - kept) * (1 - same) - same * kept], [1, -kept], core)
+        mixed = (1 - share) * core + share * tail
+        times = self.time_s[0] + self.step_s * np.arange(len(core))
+        return ImpulseResponse(times, mixed * (self.probability.sum() / mixed.sum()))
 
 
 def arrival(range_m: np.ndarray, time_zero_s: np.ndarray) -> np.ndarray:
@@ -65,15 +90,14 @@ def tailed_pulse(rise_s: float, fall_s: float, tail_s: float, tail_share: float,
             f"pulse: rise {rise_s}, fall {fall_s}, tail {tail_s}, step {step_s} s, tail share {tail_share}, "
             "expected positive times and a share in 0..1"
         )
-    steps = np.arange(
-        -np.ceil(CORE_REACH * rise_s / step_s),
-        np.ceil((CORE_REACH * fall_s + TAIL_REACH * tail_s) / step_s) + 1,
-    )
+    return two_piece_pulse(rise_s, fall_s, step_s).with_tail(tail_s, tail_share)
+
+
+def two_piece_pulse(rise_s: float, fall_s: float, step_s: float) -> ImpulseResponse:
+    """The core alone."""
+    steps = np.arange(-np.ceil(CORE_REACH * rise_s / step_s), np.ceil(CORE_REACH * fall_s / step_s) + 1)
     core = np.diff(_two_piece_normal(step_s * (np.append(steps, steps[-1] + 1) - 0.5), rise_s, fall_s))
-    kept = np.exp(-step_s / tail_s)
-    tail = lfilter([1 - kept], [1, -kept], core)
-    probability = (1 - tail_share) * core + tail_share * tail
-    return ImpulseResponse(steps * step_s, probability / probability.sum())
+    return ImpulseResponse(steps * step_s, core / core.sum())
 
 
 def _two_piece_normal(time_s: np.ndarray, rise_s: float, fall_s: float) -> np.ndarray:

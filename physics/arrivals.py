@@ -1,0 +1,155 @@
+"""The kernel: pixels to a histogram of arrivals, arrivals to bins."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from scipy.constants import speed_of_light
+
+from physics.clock import Clock, Lattice
+from physics.footprint import Footprints
+from physics.light import Light
+from physics.workers import in_parallel
+from recordings.refusal import Refusal
+
+# A frame is worked through in blocks of so many pixels, whatever the number of cores: sums come out the same.
+BLOCK_PX = 1 << 17
+
+
+@dataclass(frozen=True, eq=False)
+class Arrivals:
+    """When light arrives at F frames' zones, before the pulse spreads it and bins hold it.
+
+    light: (F, P, lattice.size) light by knot of the lattice, pixels · 1/m² as in the nominal model's sum.
+    """
+
+    light: np.ndarray
+    lattice: Lattice
+    bins: int
+
+    def binned(self) -> np.ndarray:
+        """(F, P, T) light registered in each bin: the pulse integrated over it."""
+        frames, zones, _ = self.light.shape
+        shares = _shares(self.lattice)
+        late = len(self.lattice.cumulative) - 1 + self.lattice.per_bin - 1 - self.lattice.lead
+        out = np.zeros((frames, zones, self.bins))
+        in_parallel(lambda i: _bin(self.light[i], shares, self.lattice.per_bin, late, out[i]), range(frames))
+        return out
+
+    def added(self, light: np.ndarray, arrival_s: np.ndarray) -> "Arrivals":
+        """With `light` that arrives `arrival_s` after the start of bin 0; both (F, P), or anything that broadcasts."""
+        shape = self.light.shape[:2]
+        total = self.light.copy()
+        at = np.broadcast_to((np.asarray(arrival_s, float) - self.lattice.first_s) / self.lattice.step_s, shape)
+        light = np.broadcast_to(light, shape)
+        inside = (at >= 0) & (at < self.lattice.size - 1)
+        frame, zone = np.nonzero(inside)
+        knot = at[inside].astype(int)
+        part = at[inside] - knot
+        total[frame, zone, knot] += light[inside] * (1 - part)
+        total[frame, zone, knot + 1] += light[inside] * part
+        return replace(self, light=total)
+
+    def delayed(self, delay_s: np.ndarray) -> "Arrivals":
+        """All arrivals later by `delay_s`, (F, P) or anything that broadcasts, earlier where negative.
+
+        Light between two knots is given to both in proportion: exact in its mean time, wider by at most half a step.
+        """
+        shape = self.light.shape[:2]
+        steps = np.broadcast_to(np.asarray(delay_s, float) / self.lattice.step_s, shape)
+        moved = np.zeros_like(self.light)
+        for i, p in np.ndindex(shape):
+            whole = int(np.floor(steps[i, p]))
+            part = steps[i, p] - whole
+            for shift, share in ((whole, 1 - part), (whole + 1, part)):
+                if abs(shift) < self.lattice.size:
+                    to, source = _overlap(self.lattice.size, shift)
+                    moved[i, p, to] += share * self.light[i, p, source]
+        return replace(self, light=moved)
+
+
+def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
+    """Add up every pixel's returns by zone: w_p(u) · strength at time_zero_p + 2r/c, without rounding in time.
+
+    Each return is given to the two knots of the lattice around it (`Lattice`). Light that would be registered before
+    the first bin or after the last is left out.
+    """
+    lattice, pixels = clock.lattice, light.range_m.shape[1] * light.range_m.shape[2]
+    seen = footprints.seen
+    zones = seen[0][1].shape[1]
+    if len(seen) not in (1, light.frames):
+        raise Refusal(f"footprints move through {len(seen)} frames, expected {light.frames} as there is light")
+    if footprints.x_px.shape[-2:] != light.range_m.shape[1:]:
+        raise Refusal(f"footprints on a grid {footprints.x_px.shape[-2:]}, expected {light.range_m.shape[1:]} as depth")
+    try:
+        zero = np.broadcast_to(np.asarray(clock.time_zero_s, float), (light.frames, zones))
+    except ValueError:
+        found = np.shape(clock.time_zero_s)
+        raise Refusal(f"time_zero_s has shape {found}, expected one time or one for each of {zones} zones") from None
+    offset = (zero - lattice.first_s) / lattice.step_s
+    per_metre = 2 / speed_of_light / lattice.step_s
+    blocks = [slice(at, at + BLOCK_PX) for at in range(0, pixels, BLOCK_PX)]
+    sums = np.zeros((len(blocks), light.frames, zones, lattice.size))
+
+    def one(task: tuple[int, int]) -> None:
+        i, b = task
+        where, weights = seen[i % len(seen)]
+        where, weights = where[blocks[b]], weights[blocks[b]]
+        for way in light.returns:
+            _splat(way.range_m[i].ravel(), way.strength[i].ravel(), where, weights, offset[i], per_metre, sums[b, i])
+
+    in_parallel(one, [(i, b) for i in range(light.frames) for b in range(len(blocks))])
+    return Arrivals(sums[0] if len(blocks) == 1 else sums.sum(axis=0), lattice, clock.bins)
+
+
+def _overlap(size: int, shift: int) -> tuple[slice, slice]:
+    """Where entries land that move by `shift`, and where they come from."""
+    kept = size - abs(shift)
+    return (slice(shift, size), slice(0, kept)) if shift >= 0 else (slice(0, kept), slice(-shift, size))
+
+
+def _shares(lattice: Lattice) -> np.ndarray:
+    """(per_bin, M) share [k % per_bin, k // per_bin] of a pulse in a bin that ends k + 1 knots after it sets in."""
+    n, cumulative = lattice.per_bin, lattice.cumulative
+    steps = len(cumulative) - 1
+    k = np.arange(n * -(-(steps + n - 1) // n)) - (n - 1)
+    share = cumulative[np.clip(k + n, 0, steps)] - cumulative[np.clip(k, 0, steps)]
+    return np.ascontiguousarray(share.reshape(-1, n).T)
+
+
+@njit(nogil=True, cache=True)
+def _splat(ranges, strength, pixels, weights, offset, per_metre, out):
+    """Add light of N pixels, with weights (N, P), to (P, J) knots."""
+    zones, last = out.shape[0], out.shape[1] - 1
+    for i in range(pixels.size):
+        light = float(strength[pixels[i]])
+        if not light > 0:
+            continue
+        travel = ranges[pixels[i]] * per_metre
+        for p in range(zones):
+            at = travel + offset[p]
+            if 0 <= at < last:
+                knot = int(at)
+                given = light * weights[i, p]
+                later = given * (at - knot)
+                out[p, knot] += given - later
+                out[p, knot + 1] += later
+
+
+@njit(nogil=True, cache=True)
+def _bin(light, shares, per_bin, late, out):
+    """Spread (P, J) knots over (P, T) bins; `late` knots after knot 0 sets in, bin 0 starts."""
+    zones, knots = light.shape
+    bins, most = out.shape[1], shares.shape[1]
+    for p in range(zones):
+        row = out[p]
+        for j in range(knots):
+            amount = light[p, j]
+            if amount == 0:
+                continue
+            start = late - j
+            first = 0 if start >= 0 else (-start + per_bin - 1) // per_bin
+            start += first * per_bin
+            m, share = start // per_bin, shares[start % per_bin]
+            for t in range(min(bins - first, most - m)):
+                row[first + t] += amount * share[m + t]

@@ -1,0 +1,131 @@
+"""What an effect is: a named departure from the nominal model, its parameters, and the step it changes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from physics.rendering import NOUNS, Rendering
+from recordings.refusal import Refusal
+
+# Effects compose in this order, whatever the order in which they are named.
+STAGES = ("scene", "optics", "time", "detector", "estimator")
+
+Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that says how strong an effect is, or what it is like.
+
+    unit: as in sensor files; "1" where it has none. low, high: bounds, both admitted; `start` within them is where a
+    fit begins and what is taken where nothing is said. vanishes_at: the value at which the effect is not there; None
+    for parameters that say what it is like. by_zone: whether each zone may have its own. sentence: what it is.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    sentence: str
+    vanishes_at: float | None = None
+    by_zone: bool = False
+
+    def checked(self, value: Any, place: str) -> float | np.ndarray:
+        """The value as a number, or (P,) numbers; refuses what is none or out of bounds."""
+        try:
+            numbers = np.array(value, float)
+        except (TypeError, ValueError):
+            raise Refusal(f"{place}: {self.name} is {value!r}, expected a number") from None
+        if isinstance(value, bool) or numbers.ndim > (1 if self.by_zone else 0):
+            many = " or one for each zone" if self.by_zone else ""
+            raise Refusal(f"{place}: {self.name} is {value!r}, expected one number{many}")
+        good = (numbers >= self.low) & (numbers <= self.high)
+        if not good.all():
+            bad = float(np.atleast_1d(numbers)[~np.atleast_1d(good)][0])
+            unit = "" if self.unit == "1" else f" {self.unit}"
+            raise Refusal(f"{place}: {self.name} is {bad:g}, expected {self.low:g} to {self.high:g}{unit}")
+        return float(numbers) if numbers.ndim == 0 else numbers
+
+
+@dataclass(frozen=True)
+class LookAlike:
+    """Another effect that can be mistaken for this one. separated_by: the capture that tells the two apart."""
+
+    id: str
+    separated_by: str
+
+
+class Effect:
+    """One cause. A subclass fills in the class variables and the methods named after what it changes.
+
+    id: public name. acts_on: one of STAGES. order: among effects that act on the same, the lower comes first.
+    sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
+
+    The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals` and `expected`: each takes the
+    parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random numbers,
+    work on all frames at once, are continuous in every parameter, and leave the field as it was where the parameters
+    vanish.
+    """
+
+    id: ClassVar[str]
+    acts_on: ClassVar[str]
+    sentence: ClassVar[str]
+    parameters: ClassVar[tuple[Parameter, ...]]
+    look_alikes: ClassVar[tuple[LookAlike, ...]] = ()
+    order: ClassVar[int] = 0
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """Which fields of a rendering it changes."""
+        return tuple(noun for noun in NOUNS if hasattr(self, noun))
+
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of this name."""
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        known = ", ".join(parameter.name for parameter in self.parameters)
+        raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
+
+    def at(self, **values: Any) -> "Setting":
+        """The effect at these values; parameters that are not named are at their start."""
+        named = {name: self.parameter(name).checked(value, f"effect {self.id}") for name, value in values.items()}
+        return Setting(self, {p.name: named.get(p.name, p.start) for p in self.parameters})
+
+    def vanished(self) -> "Setting":
+        """The effect where it is not there."""
+        gone = {p.name: p.vanishes_at for p in self.parameters if p.vanishes_at is not None}
+        return self.at(**gone)
+
+    def apply(self, noun: str, values: Values, rendering: Rendering) -> Any:
+        """The field `noun` of the rendering, changed."""
+        return getattr(self, noun)(values, rendering)
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """An effect that is on. values: a number, or (P,) numbers, for each of its parameters, in their units."""
+
+    effect: Effect
+    values: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def key(self) -> tuple:
+        """Equal for two settings that act the same."""
+        return (self.effect.id, *((n, np.asarray(v, float).tobytes()) for n, v in sorted(self.values.items())))
+
+    def with_value(self, name: str, value: Any) -> "Setting":
+        """The same with one parameter changed; the value is checked."""
+        return self.effect.at(**(self.values | {name: value}))
+
+
+def in_order(settings: tuple[Setting, ...]) -> tuple[Setting, ...]:
+    """Settings in the order in which they compose: by what they act on, then by `order`, then by id."""
+    ids = [setting.effect.id for setting in settings]
+    for name in ids:
+        if ids.count(name) > 1:
+            raise Refusal(f"effect {name} is named twice, expected once")
+    return tuple(sorted(settings, key=lambda s: (STAGES.index(s.effect.acts_on), s.effect.order, s.effect.id)))

@@ -1,0 +1,62 @@
+"""`pile_up`: one event per timing channel and laser shot."""
+
+import numpy as np
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.rendering import Rendering
+from recordings.refusal import Refusal
+
+
+class PileUp(Effect):
+    """A channel registers the first photon after a shot and is dead for the rest of its cycle.
+
+    Of N shots, with μ_t photons expected in bin t by shot and channel, the bin registers
+
+        N · exp(-Σ_{s<t} μ_s) · (1 - exp(-μ_t))
+
+    (Coates 1968, J. Phys. E 1, 878). A zone whose light is shared by n
+    channels has μ = λ/n and n times N shots: `share` is 1/n.
+    """
+
+    id = "pile_up"
+    acts_on = "detector"
+    order = 1  # All light that arrives competes: pedestals and drifts come before.
+    sentence = "A channel counts one photon per laser shot: the first one hides those that come later."
+    look_alikes = (
+        LookAlike(
+            "range_walk", "Halve the laser power: range walk moves the pulse, pile-up also restores its late side."
+        ),
+        LookAlike(
+            "counter_saturation", "Look at the flank of the pulse: clipping leaves it as it is, pile-up bends it."
+        ),
+        LookAlike(
+            "gain_drift", "Compare dark and bright targets in one frame: drift scales both, pile-up only the bright."
+        ),
+    )
+    parameters = (
+        Parameter(
+            "share",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1.0,
+            vanishes_at=0.0,
+            by_zone=True,
+            sentence="Part of a zone's light that one timing channel receives: 1 where a zone has one channel.",
+        ),
+    )
+
+    def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """First photons only."""
+        cycles = rendering.light.laser_cycles
+        if cycles is None:
+            raise Refusal("effect pile_up: laser_cycles is missing, expected the number of laser shots in a frame")
+        share = np.maximum(np.atleast_1d(values["share"])[:, None], np.finfo(float).tiny)
+        per_shot = rendering.expected * (share / cycles[:, None, None])
+        earlier = np.cumsum(per_shot, axis=-1) - per_shot
+        # expm1(-μ)/-μ, which is 1 where μ vanishes, keeps the counts exact at small rates.
+        hidden = np.where(per_shot > 0, -np.expm1(-per_shot) / np.where(per_shot > 0, per_shot, 1), 1)
+        return rendering.expected * np.exp(-earlier) * hidden
+
+
+effect = PileUp()

@@ -1,0 +1,57 @@
+"""The tail against the exponentially modified Gaussian in closed form (scipy's, from the literature)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import exponnorm, norm
+
+from physics.clock import Clock
+from physics.effects.impulse_tail import effect
+from physics.pulse import ImpulseResponse
+from physics.rendering import Rendering
+
+SIGMA = 0.15e-9
+
+
+def gaussian(step_s):
+    edges = (np.arange(-80, 82) - 0.5) * step_s
+    probability = np.diff(norm.cdf(edges, scale=SIGMA))
+    return ImpulseResponse((edges[1:] + edges[:-1]) / 2, probability / probability.sum())
+
+
+def tailed(share, tau, step_s=0.0125e-9):
+    clock = Clock(0.4e-9, 60, np.zeros(1), gaussian(step_s))
+    start = Rendering(None, None, clock, 1.0)
+    return effect.clock(effect.at(share=share, tau=tau).values, start).pulse
+
+
+@pytest.mark.parametrize("tau", [0.02e-9, 0.3e-9, 1e-9])
+def test_all_delayed_is_the_exponentially_modified_gaussian(tau):
+    times = np.linspace(-0.5e-9, 4e-9, 200)
+    closed = exponnorm.cdf(times, K=tau / SIGMA, scale=SIGMA)
+    np.testing.assert_allclose(tailed(1.0, tau).cumulative(times), closed, atol=1e-3)
+
+
+@given(share=st.floats(0, 1), tau=st.floats(1e-12, 2e-9))
+def test_photons_are_kept_and_come_later_on_average_by_share_times_tau(share, tau):
+    found = tailed(share, tau)
+    assert found.probability.sum() == pytest.approx(1, abs=1e-12)
+    assert (found.probability >= -1e-18).all()
+    later = found.probability @ found.time_s - gaussian(0.0125e-9).probability @ gaussian(0.0125e-9).time_s
+    assert later == pytest.approx(share * tau, rel=1e-6, abs=1e-17)
+
+
+def test_it_is_in_proportion_at_all_ranges(small):
+    from physics.nominal import ForwardModel
+
+    near = ForwardModel(small.light, small.footprints, small.clock)
+    far = ForwardModel(
+        small.light,
+        small.footprints,
+        replace(small.clock, time_zero_s=small.clock.time_zero_s + 3 * small.clock.bin_width_s),
+    )
+    setting = [effect.at(share=0.5)]
+    np.testing.assert_allclose(far.expected(1.0, setting)[..., 3:], near.expected(1.0, setting)[..., :-3], atol=1e-12)

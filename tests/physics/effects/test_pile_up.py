@@ -1,0 +1,59 @@
+"""First-photon counting: against shots drawn one by one, and undone by the Coates correction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from physics.effects.ambient_pedestal import effect as pedestal
+from physics.effects.pile_up import effect
+from physics.nominal import ForwardModel
+from recordings.refusal import Refusal
+
+CYCLES = 2e4
+
+
+@pytest.fixture
+def model(small):
+    return ForwardModel(small.light, small.footprints, small.clock, 20.0)
+
+
+def test_the_coates_correction_undoes_it(model):
+    """Coates 1968: rate of bin t = -ln(1 - counts_t / (shots not yet stopped before t))."""
+    nominal, seen = model.expected(3e3), model.expected(3e3, [effect.at(share=1)])
+    waiting = CYCLES - (np.cumsum(seen, axis=-1) - seen)
+    np.testing.assert_allclose(-np.log1p(-seen / waiting) * CYCLES, nominal, rtol=1e-9)
+    assert seen.sum() < 0.9 * nominal.sum()
+
+
+def test_shots_drawn_one_by_one_agree(model):
+    nominal, seen = model.expected(3e3)[0, 1], model.expected(3e3, [effect.at(share=1)])[0, 1]
+    rng = np.random.default_rng(5)
+    shots = 20 * int(CYCLES)
+    first = np.full(shots, -1)
+    # From the last bin to the first: the earliest photon of a shot stands at the end.
+    for t in range(len(nominal) - 1, -1, -1):
+        first[rng.random(shots) < 1 - np.exp(-nominal[t] / CYCLES)] = t
+    drawn = np.bincount(first[first >= 0], minlength=len(nominal)) / 20
+    assert (np.abs(drawn - seen) < 5 * np.sqrt(seen / 20) + 1e-9).all()
+
+
+def test_no_zone_counts_more_than_its_channels_have_shots(model):
+    flood = [effect.at(share=0.25), pedestal.at(level=1e6)]
+    total = model.expected(1.0, flood).sum(axis=-1)
+    np.testing.assert_allclose(total, CYCLES / 0.25, rtol=1e-6)
+
+
+def test_earlier_bins_are_not_touched_by_later_ones(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    nominal = model.expected(3e3)
+    ratio = np.where(nominal > 1, model.expected(3e3, [effect.at(share=1)]) / np.maximum(nominal, 1), np.nan)
+    for row in ratio.reshape(-1, nominal.shape[-1]):
+        assert (np.diff(row[np.isfinite(row)])[:2] < 0).all()
+    assert np.nanmax(ratio) <= 1
+
+
+def test_it_asks_for_the_shots(small):
+    unknown = replace(small.light, laser_cycles=None)
+    with pytest.raises(Refusal, match="laser_cycles is missing"):
+        ForwardModel(unknown, small.footprints, small.clock).expected(1.0, [effect.at()])

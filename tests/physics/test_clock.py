@@ -1,0 +1,38 @@
+"""The lattice: exact where a bin holds a whole number of steps, within its bound where it does not."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.clock import TOLERANCE, Clock, Lattice
+from physics.pulse import ImpulseResponse, tailed_pulse
+from recordings.refusal import Refusal
+
+
+@pytest.mark.parametrize("per_bin", [1, 3, 16, 32])
+def test_whole_steps_are_kept_as_they_are(per_bin):
+    pulse = tailed_pulse(0.2e-9, 0.3e-9, 0.4e-9, 0.1, step_s=0.38e-9 / per_bin)
+    lattice = Lattice.of(pulse, 0.38e-9, 128, -1.0)
+    assert lattice.per_bin == per_bin
+    assert lattice.error < 1e-9
+
+
+@given(ratio=st.floats(1.5, 60), width=st.floats(0.15, 3))
+def test_other_steps_are_resampled_within_the_bound_that_is_stated(ratio, width):
+    bin_width = 1e-9
+    step = bin_width / ratio
+    steps = np.arange(-np.ceil(6 * width * ratio), np.ceil(6 * width * ratio) + 1)
+    probability = np.exp(-0.5 * (steps / (width * ratio)) ** 2)
+    pulse = ImpulseResponse(steps * step, probability / probability.sum())
+    lattice = Lattice.of(pulse, bin_width, 64, -1.0)
+    edges = lattice.first_s + lattice.step_s * (np.arange(len(lattice.cumulative)) + len(lattice.cumulative) - 1)
+    times = np.linspace(-7 * width, 7 * width, 3001) * bin_width
+    ours = np.interp(times, -edges[0] + np.arange(len(edges)) * lattice.step_s, lattice.cumulative)
+    assert 2 * np.abs(ours - pulse.cumulative(times)).max() <= lattice.error + 1e-9
+    assert lattice.error <= max(TOLERANCE, 2e-3 * probability.max() / probability.sum()) or lattice.per_bin >= 512
+
+
+def test_a_response_of_nothing_is_refused():
+    with pytest.raises(Refusal, match="no probability above 0"):
+        _ = Clock(1e-9, 8, np.zeros(1), ImpulseResponse(np.array([0, 1e-10]), np.zeros(2))).lattice

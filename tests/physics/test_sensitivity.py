@@ -1,0 +1,38 @@
+"""Central differences of functions whose derivative is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.effect import Parameter
+from physics.effects import find_effect
+from physics.sensitivity import derivatives, difference
+
+
+@given(st.floats(0, 2))
+def test_at_and_between_the_bounds(here):
+    parameter = Parameter("x", "1", 0.0, 2.0, 1.0, "A number.")
+
+    def at(x):
+        assert 0 <= x <= 2
+        return np.array([np.sin(3 * x), x**2])
+
+    np.testing.assert_allclose(difference(at, here, parameter), [3 * np.cos(3 * here), 2 * here], atol=1e-5)
+
+
+def test_one_for_every_parameter_and_zone():
+    settings = (find_effect("ambient_pedestal").at(level=[1.0, 2.0]), find_effect("impulse_tail").at())
+
+    def model(now):
+        level, tail = now[0].values["level"], now[1].values
+        return np.array([level[0] * 5, level[1] * 7, tail["share"] * 3, tail["tau"] * 2])
+
+    found = derivatives(model, settings)
+    assert [(d.effect, d.parameter, d.zone) for d in found] == [
+        ("ambient_pedestal", "level", 0),
+        ("ambient_pedestal", "level", 1),
+        ("impulse_tail", "share", None),
+        ("impulse_tail", "tau", None),
+    ]
+    assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([5.0, 7, 3, 2]), abs=1e-6)
