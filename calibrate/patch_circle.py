@@ -15,7 +15,7 @@ CUT_PX = 0.5, 1.5  # A rim point further out than this belongs to something else
 LEAST_RAYS = RAYS // 8
 LEAST_NOISE_PX = 0.03
 ALIKE = 20  # Glare and shadows move this many neighbouring points alike; a known radius weighs that much more.
-FLOOR_PX = 0.006  # Rounding and interpolation shift the whole rim, which no residual shows.
+FLOOR_PX = 0.012  # Rounding, interpolation and light that falls unevenly shift the whole rim, which no residual shows.
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from calibrate.patch_circle import Expected
 from calibrate.patch_edge import Disc, fit_disc
 
 # The search runs on an image reduced until the smallest disc looked for has this radius.
-SMALLEST_PX = 5.0
+SMALLEST_PX = 4.0
 KNOWN_WIDTH_PX = 848  # Where only one radius is looked for, there is time for a larger image.
 RADIUS_STEP = 1.09
 # Radii looked for where none is given, as shares of the image's width; a patch of 17.75 px in 848 is 1/48.
@@ -82,7 +82,8 @@ def candidates(
         y, x = np.nonzero((score >= cv2.dilate(score, np.ones((side, side), np.uint8))) & (score > LEAST_SCORE))
         best = np.argsort(-score[y, x], kind="stable")[:limit]
         found += [Candidate(x[i] + corner[0], y[i] + corner[1], radius, float(score[y[i], x[i]])) for i in best]
-    return sorted(found, key=lambda candidate: -candidate.score)
+    # Noise scores inversely to the square root of the rim's length.
+    return sorted(found, key=lambda candidate: -candidate.score * candidate.radius_px**0.5)
 
 
 def rim_scores(
@@ -96,21 +97,20 @@ def rim_scores(
     Where only a share v of the rim is in the image, the mean over that share is multiplied by the square root of v.
     """
     margin = int(np.ceil(max(radii_px) + 2 * _width(max(radii_px)))) + 1
-    piece, inside = _cut(grey, corner[0] - margin, corner[1] - margin, size[0] + 2 * margin, size[1] + 2 * margin)
+    box = (corner[0] - margin, corner[1] - margin, size[0] + 2 * margin, size[1] + 2 * margin)
+    piece, inside = _cut(grey, *box), _cut(np.ones_like(grey), *box, cv2.BORDER_CONSTANT)
     gx = cv2.Sobel(piece, cv2.CV_32F, 1, 0, scale=0.125)
     gy = cv2.Sobel(piece, cv2.CV_32F, 0, 1, scale=0.125)
     length = cv2.magnitude(gx, gy)
     shorten = inside / np.sqrt(np.square(length) + (NOISES * float(np.median(length)) + 1) ** 2)
     shape = tuple(scipy.fft.next_fast_len(side, real=True) for side in piece.shape)
     fx, fy = (scipy.fft.rfft2(gradient * shorten, shape) for gradient in (gx, gy))
-    seen = None if inside.all() else scipy.fft.rfft2(inside, shape)
-    box = np.s_[margin : margin + size[1], margin : margin + size[0]]
+    middle = np.s_[margin : margin + size[1], margin : margin + size[0]]
     for radius in radii_px:
-        ring_x, ring_y, weight = _ring(shape, round(radius * 4) / 4)
-        score = -scipy.fft.irfft2(fx * ring_x + fy * ring_y, shape)[box]
-        if seen is not None:
-            score /= np.sqrt(np.maximum(scipy.fft.irfft2(seen * weight, shape)[box], LEAST_SHARE))
-        yield score
+        rounded = round(radius * 4) / 4
+        ring_x, ring_y, _ = _ring(shape, rounded)
+        score = -scipy.fft.irfft2(fx * ring_x + fy * ring_y, shape)[middle]
+        yield score if inside.all() else score / np.sqrt(_share(grey.shape, box, shape, rounded)[middle])
 
 
 def _width(radius_px: float) -> float:
@@ -118,19 +118,26 @@ def _width(radius_px: float) -> float:
     return 0.8 + 0.03 * radius_px
 
 
-def _cut(grey: np.ndarray, left: int, top: int, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """A box of the image as floats, continued beyond its border, and 1 where it lies inside."""
+def _cut(
+    grey: np.ndarray, left: int, top: int, width: int, height: int, beyond: int = cv2.BORDER_REPLICATE
+) -> np.ndarray:
+    """A box of the image as floats, continued beyond its border."""
     x0, y0 = max(left, 0), max(top, 0)
     x1, y1 = max(min(left + width, grey.shape[1]), x0), max(min(top + height, grey.shape[0]), y0)
-    sides = (y0 - top, top + height - y1, x0 - left, left + width - x1)
     piece = grey[y0:y1, x0:x1].astype(np.float32)
-    inside = np.ones_like(piece)
-    if any(sides) and piece.size:
-        piece = cv2.copyMakeBorder(piece, *sides, cv2.BORDER_REPLICATE)
-        inside = cv2.copyMakeBorder(inside, *sides, cv2.BORDER_CONSTANT, value=0)
-    elif not piece.size:
-        piece, inside = np.zeros((2, height, width), np.float32)
-    return piece, inside
+    if not piece.size:
+        return np.zeros((height, width), np.float32)
+    return cv2.copyMakeBorder(piece, y0 - top, top + height - y1, x0 - left, left + width - x1, beyond)
+
+
+@lru_cache(maxsize=64)
+def _share(
+    image: tuple[int, int], box: tuple[int, int, int, int], shape: tuple[int, int], radius_px: float
+) -> np.ndarray:
+    """How much of a rim around each place of a box lies in an image of this shape, not below `LEAST_SHARE`."""
+    inside = _cut(np.ones(image, np.uint8), *box, cv2.BORDER_CONSTANT)
+    share = scipy.fft.irfft2(scipy.fft.rfft2(inside, shape) * _ring(shape, radius_px)[2], shape)
+    return np.maximum(share, LEAST_SHARE)
 
 
 @lru_cache(maxsize=64)

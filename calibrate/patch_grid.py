@@ -12,7 +12,7 @@ ROUGH, FINE = 0.04, 0.02
 SAME_RADIUS = 0.15
 SPAN_PX = 3.0  # The middle four fifths of the sightings of something that moves differ by more than this.
 LEAST, LEAST_SHARE = 8, 0.1
-MOST = 0.5  # of the cells where a disc of this radius is seen must agree with the grid.
+MOST = 0.7  # of the cells where a disc of this radius is seen must agree with the grid.
 ROUNDS = 6
 # Perspective and distortion are slight; so much of either counts as an error of a pixel.
 SLIGHT = 0.5, 0.5, 0.2

@@ -10,7 +10,7 @@ from calibrate.patch_follow import follow
 from calibrate.patch_frames import GreyFrames
 from calibrate.patch_repair import expect
 from calibrate.patch_sample import learn_grid, learn_target_alone
-from calibrate.patch_target import Target, locate
+from calibrate.patch_target import locate
 from calibrate.plan import ScanPlan
 from recordings.progress import Progress, silent
 from recordings.refusal import Refusal
@@ -99,37 +99,27 @@ def _on_grid(
     radius = float(target.radius[0])
     margin = float(np.clip(SIGMAS * grid.scatter_px, MARGIN[0] * radius, MARGIN[1] * radius))
     model = grid.predict(plan.cells)
-    found = _locate_all(grey, plan, plan.frames.ravel(), target, model, margin, progress, "finding the patch")
+    cell = {int(frame): divmod(i, plan.repeats) for i, frame in enumerate(plan.frames.ravel())}
 
+    def locate_all(indices: np.ndarray, at_px: np.ndarray, margin_px: float, label: str) -> dict[int, Disc]:
+        """Discs by frame, each near its cell's place (K, 2)."""
+
+        def work(frame: int, image: np.ndarray) -> Disc | None:
+            return locate(image, target, at_px[cell[frame][0]], margin_px)
+
+        return {frame: disc for frame, disc in grey.each(indices, work, progress, label) if disc}
+
+    found = locate_all(plan.frames.ravel(), model, margin, "finding the patch")
     at = np.full((*plan.frames.shape, 2), np.nan)
     for frame, disc in found.items():
-        at[np.unravel_index(frame - plan.first, plan.frames.shape)] = disc.x_px, disc.y_px
+        at[cell[frame]] = disc.x_px, disc.y_px
     expected = expect(plan, model, at)
-    doubtful = np.isnan(at[..., 0]) | expected.departs(at)
-    again = plan.frames[doubtful]
-    found = {frame: disc for frame, disc in found.items() if frame not in set(again.tolist())}
-    repaired = _locate_all(grey, plan, again, target, expected.at_px, expected.limit_px, progress, "looking again")
+    again = plan.frames[np.isnan(at[..., 0]) | expected.departs(at)]
+    repaired = locate_all(again, expected.at_px, expected.limit_px, "looking again")
+    for frame in again:
+        found.pop(int(frame), None)
     outside = np.setdiff1d(np.arange(len(grey)), plan.frames)
     return found | follow(grey, outside, target, still, progress), repaired
-
-
-def _locate_all(
-    grey: GreyFrames,
-    plan: ScanPlan,
-    indices: np.ndarray,
-    target: Target,
-    at_px: np.ndarray,
-    margin_px: float,
-    progress: Progress,
-    label: str,
-) -> dict[int, Disc]:
-    """Discs by frame, each near its cell's place (K, 2)."""
-    cell = {int(frame): k for k, row in enumerate(plan.frames) for frame in row}
-
-    def work(frame: int, image: np.ndarray) -> Disc | None:
-        return locate(image, target, at_px[cell[frame]], margin_px)
-
-    return {frame: disc for frame, disc in grey.each(indices, work, progress, label) if disc}
 
 
 def _track(count: int, found: dict[int, Disc], repaired: dict[int, Disc]) -> PatchTrack:
