@@ -86,6 +86,7 @@ class EncodedFrames(LazyFrames):
     def __init__(self, encoded: Callable[[int], bytes], count: int, size: tuple[int, int]) -> None:
         super().__init__((count, *size, 3), np.uint8, lambda i: decoded(encoded(i), size, f"rgb[{i}]"))
         self._encoded = encoded
+        self._size = size
 
     @classmethod
     def of(cls, blobs: Sequence[bytes]) -> "EncodedFrames":
@@ -97,6 +98,11 @@ class EncodedFrames(LazyFrames):
     def encoded(self, index: int) -> bytes:
         """The PNG or JPEG bytes of one frame."""
         return self._encoded(range(len(self))[index])
+
+    def grey(self, index: int) -> np.ndarray:
+        """(H, W) uint8 brightness of one frame; of a JPEG its colours are not even decoded."""
+        number = range(len(self))[index]
+        return decoded(self._encoded(number), self._size, f"rgb[{number}]", "L")
 
     def _chosen(self, numbers: range) -> "EncodedFrames":
         return EncodedFrames(lambda i: self._encoded(numbers[i]), len(numbers), self.shape[1:3])
@@ -116,14 +122,19 @@ def encoded_size(blob: bytes, name: str) -> tuple[int, int]:
         return image.height, image.width
 
 
-def decoded(blob: bytes, size: tuple[int, int], name: str) -> np.ndarray:
-    """(H, W, 3) uint8 pixels of PNG or JPEG bytes; refuses damaged bytes and another size than (H, W)."""
+def decoded(blob: bytes, size: tuple[int, int], name: str, mode: str = "RGB") -> np.ndarray:
+    """(H, W, 3) uint8 pixels of PNG or JPEG bytes; refuses damaged bytes and another size than (H, W).
+
+    mode: "RGB", or "L" for (H, W) brightness.
+    """
     with opened(blob, name) as image:
         if (image.height, image.width) != tuple(size):
             there = f"{image.width} x {image.height}"
             raise Refusal(f"{name} is {there} pixels, expected {size[1]} x {size[0]} (width x height)")
         try:
-            return np.array(image.convert("RGB"))
+            if mode == "L":
+                image.draft("L", image.size)
+            return np.array(image.convert(mode))
         except (OSError, ValueError, SyntaxError) as wrong:
             raise Refusal(f"{name} is a damaged {image.format} image ({wrong})") from None
 

@@ -102,3 +102,19 @@ def test_damaged_images_are_refused_or_read(jpeg, data):
     cut = bytes(blob[: data.draw(st.integers(0, len(blob)))])
     with contextlib.suppress(Refusal):
         assert decoded(cut, (4, 6), "rgb[0]").shape == (4, 6, 3)
+
+
+@pytest.mark.parametrize(("ending", "off"), [(".png", 1), (".jpg", 4)])
+def test_grey_is_the_brightness_of_the_colours(ending, off):
+    """Within the rounding of the conversion, and of JPEG's own brightness."""
+    smooth = cv2.GaussianBlur(np.random.default_rng(0).integers(0, 256, (40, 60, 3), np.uint8), (0, 0), 3)
+    blob = cv2.imencode(ending, smooth, [cv2.IMWRITE_JPEG_QUALITY, 95] if ending == ".jpg" else [])[1].tobytes()
+    frames = EncodedFrames.of([blob, blob])
+    expected = frames[1].astype(float) @ (0.299, 0.587, 0.114)
+    assert frames.grey(1).shape == (40, 60)
+    assert np.abs(frames.grey(-1) - expected).max() <= off
+
+
+def test_damaged_bytes_have_no_grey():
+    with pytest.raises(Refusal, match="rgb"):
+        EncodedFrames(lambda i: b"\xff\xd8\xffnothing", 1, (4, 4)).grey(0)
