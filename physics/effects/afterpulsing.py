@@ -1,0 +1,56 @@
+"""`afterpulsing`: an avalanche traps carriers, which release a later one."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.rendering import Rendering
+
+
+class Afterpulsing(Effect):
+    """Each event is followed by another with some probability, an exponentially distributed time later.
+
+    Delays run from the end of the event's bin, until when the detector is taken to be dead: j bins later come
+    (1 - q)·q^(j-1) of the afterpulses, q = exp(-bin width / τ); those beyond the last bin are lost. Afterpulses of
+    afterpulses are left out: they go with the probability squared.
+    """
+
+    id = "afterpulsing"
+    acts_on = "detector"
+    order = 2  # Only what was registered is followed by afterpulses, so pile-up comes before.
+    sentence = "Part of the detected photons sets off a second count later, in an exponentially falling echo."
+    look_alikes = (
+        LookAlike(
+            "impulse_tail", "Look many bins after the pulse: a tail is over in a nanosecond or so, the echo goes on."
+        ),
+        LookAlike("ambient_pedestal", "Cover the emitter: a pedestal stays, afterpulses of the laser's light go."),
+        LookAlike("multipath", "Take the target out of the corner: the echo stays, a second bounce goes."),
+    )
+    parameters = (
+        Parameter(
+            "probability",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.01,
+            vanishes_at=0.0,
+            sentence="Afterpulses for each event.",
+        ),
+        Parameter(
+            "tau",
+            unit="s",
+            low=1e-10,
+            high=1e-6,
+            start=5e-9,
+            sentence="Mean delay of an afterpulse.",
+        ),
+    )
+
+    def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """Counts and their echo."""
+        kept = np.exp(-rendering.clock.bin_width_s / values["tau"])
+        echo = lfilter([0.0, 1 - kept], [1.0, -kept], rendering.expected, axis=-1)
+        return rendering.expected + values["probability"] * echo
+
+
+effect = Afterpulsing()

@@ -1,0 +1,54 @@
+"""`counter_saturation`: a counter that is full stops."""
+
+import numpy as np
+from scipy.special import gammainc, gammaincc
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.rendering import Rendering
+
+
+class CounterSaturation(Effect):
+    """Of n counts the register shows the smaller of n and its ceiling C.
+
+    For Poisson counts of mean λ the mean of what it shows is λ·Q(C - 1, λ) + C·P(C, λ), with the regularised
+    incomplete gamma functions P and Q, since P(n < k) = Q(k, λ) (Abramowitz and Stegun 26.4.21).
+    """
+
+    id = "counter_saturation"
+    acts_on = "detector"
+    order = 3  # The register is the last: whatever was detected is counted in it.
+    sentence = "A bin's counter stops at its largest value and loses the counts beyond."
+    look_alikes = (
+        LookAlike(
+            "pile_up", "Look at the late flank of the pulse: pile-up starves it, a full counter leaves it alone."
+        ),
+        LookAlike("impulse_width", "Step away from the target: a wide pulse stays wide, a flat top goes."),
+    )
+    parameters = (
+        Parameter(
+            "lost",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1.0,
+            vanishes_at=0.0,
+            sentence="Part of the counts beyond the ceiling that is lost: 1 where the counter stops there.",
+        ),
+        Parameter(
+            "ceiling",
+            unit="counts",
+            low=2.0,
+            high=2.0**32,
+            start=255.0,
+            sentence="The largest count that a bin can show, 255 for 8 bits.",
+        ),
+    )
+
+    def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """The mean of clipped Poisson counts."""
+        mean, ceiling = rendering.expected, values["ceiling"]
+        shown = mean * gammaincc(ceiling - 1, mean) + ceiling * gammainc(ceiling, mean)
+        return mean + values["lost"] * (shown - mean)
+
+
+effect = CounterSaturation()

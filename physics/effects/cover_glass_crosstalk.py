@@ -1,0 +1,58 @@
+"""`cover_glass_crosstalk`: laser light that never leaves the package."""
+
+import numpy as np
+
+from physics.arrivals import Arrivals
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.rendering import Rendering
+from recordings.refusal import Refusal
+
+
+class CoverGlassCrosstalk(Effect):
+    """Light reflected inside the package and by the cover glass: a pulse next to time zero, in every frame alike."""
+
+    id = "cover_glass_crosstalk"
+    acts_on = "optics"
+    sentence = "Laser light reaches the detector inside the package, as a pulse near time zero that no target moves."
+    look_alikes = (
+        LookAlike(
+            "scattering_medium", "Clear the air, or look from zero range on: crosstalk is one pulse, fog a ramp."
+        ),
+        LookAlike("stray_light", "Point the sensor at the open sky: crosstalk stays, stray light goes."),
+        LookAlike("second_surface", "Step the target in range: crosstalk stays where it is, a second surface moves."),
+    )
+    parameters = (
+        Parameter(
+            "share",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1e-3,
+            vanishes_at=0.0,
+            by_zone=True,
+            sentence="Counts per laser shot; 0.0002 to 0.003 is common.",
+        ),
+        Parameter(
+            "delay",
+            unit="s",
+            low=0.0,
+            high=1e-9,
+            start=2e-11,
+            sentence="Arrival after that of a target at range 0; millimetres of way inside the package.",
+        ),
+    )
+
+    def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
+        """As much light more as gives these counts, at one time."""
+        cycles = rendering.light.laser_cycles
+        if cycles is None:
+            raise Refusal(
+                "effect cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame"
+            )
+        if not rendering.gain > 0:
+            raise Refusal(f"effect cover_glass_crosstalk: gain is {rendering.gain:g}, expected above 0")
+        light = np.atleast_1d(values["share"]) * cycles[:, None] / rendering.gain
+        return rendering.arrivals.added(light, rendering.clock.time_zero_s + values["delay"])
+
+
+effect = CoverGlassCrosstalk()

@@ -1,0 +1,65 @@
+"""`impulse_width`: the pulse is broader, or narrower, than was assumed."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from physics.clock import Clock
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.pulse import ImpulseResponse
+from physics.rendering import Rendering
+
+
+class ImpulseWidth(Effect):
+    """The impulse response is stretched about its mean time by the factor 1 + broader.
+
+    Its cumulative, monotone cubic between the edges of the steps, is read at the steps' own spacing: all light is
+    kept, and bins that held whole steps still do.
+    """
+
+    id = "impulse_width"
+    acts_on = "time"
+    order = -1  # What widens the core comes before what hangs a tail on it.
+    sentence = "The pulse is broader or narrower than assumed, on both flanks alike, at all ranges."
+    look_alikes = (
+        LookAlike("impulse_tail", "Look at the early flank: a wider pulse rises earlier, a tail leaves it as it is."),
+        LookAlike(
+            "footprint_blur",
+            "Face a plane squarely: a wider pulse stays wide there, ranges that mix under a blur do not.",
+        ),
+        LookAlike("counter_saturation", "Step away from the target: a wide pulse stays wide, a flat top goes."),
+    )
+    parameters = (
+        Parameter(
+            "broader",
+            unit="1",
+            low=-0.9,
+            high=9.0,
+            start=0.2,
+            vanishes_at=0.0,
+            sentence="By what part of its width the pulse is broader, narrower where negative.",
+        ),
+    )
+
+    def clock(self, values: Values, rendering: Rendering) -> Clock:
+        """The same clock with the pulse stretched."""
+        if values["broader"] == 0:
+            return rendering.clock
+        return replace(rendering.clock, pulse=_stretched(rendering.clock.pulse, 1 + values["broader"]))
+
+
+def _stretched(pulse: ImpulseResponse, factor: float) -> ImpulseResponse:
+    """The pulse `factor` times as wide about its mean, on steps of the same width and places."""
+    step, edges, total = pulse.step_s, pulse.edges, pulse.edge_cumulative[-1]
+    mean = float(pulse.time_s @ pulse.probability) / total
+    ends = mean + factor * (edges[[0, -1]] - mean)
+    before, after = (max(0, int(np.ceil(n))) for n in ((edges[0] - ends[0]) / step, (ends[1] - edges[-1]) / step))
+    new = edges[0] + step * np.arange(-before, len(edges) + after)
+    source = np.clip(mean + (new - mean) / factor, edges[0], edges[-1])
+    # Rounding alone could bring a step below 0.
+    probability = np.maximum(np.diff(PchipInterpolator(edges, pulse.edge_cumulative)(source)), 0)
+    return ImpulseResponse((new[1:] + new[:-1]) / 2, probability * (total / probability.sum()))
+
+
+effect = ImpulseWidth()

@@ -1,0 +1,81 @@
+"""`range_aliasing`: a target beyond the laser period."""
+
+import numpy as np
+from scipy.constants import speed_of_light
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.pulse import ImpulseResponse
+from physics.rendering import Rendering
+
+# A steadier laser than this is as good as steady, and what is divided by must not vanish.
+LEAST_JITTER_S = 1e-14
+
+
+class RangeAliasing(Effect):
+    """Light of one shot is registered after the next: a far target, which depth images seldom hold, seems near.
+
+    Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot.
+    """
+
+    id = "range_aliasing"
+    acts_on = "scene"
+    sentence = "A target farther than the laser period allows is counted as a pulse at a range where nothing is."
+    look_alikes = (
+        LookAlike("interference", "Cover the emitter: an aliased pulse goes, interference stays."),
+        LookAlike("multipath", "Turn on the laser's jitter: an aliased pulse is smeared, a second bounce is not."),
+        LookAlike("cover_glass_crosstalk", "Change the laser period: an aliased pulse moves, crosstalk stays."),
+    )
+    parameters = (
+        Parameter(
+            "counts",
+            unit="counts",
+            low=0.0,
+            high=1e7,
+            start=100.0,
+            vanishes_at=0.0,
+            by_zone=True,
+            sentence="Counts per frame of the far target's pulse.",
+        ),
+        Parameter(
+            "apparent_range",
+            unit="m",
+            low=0.0,
+            high=100.0,
+            start=0.06,
+            sentence="Its range less whole periods of the laser: 8.44 m each at 17.77 MHz.",
+        ),
+        Parameter(
+            "jitter",
+            unit="s",
+            low=0.0,
+            high=1e-8,
+            start=8e-11,
+            sentence="Most by which the laser's period is longer or shorter; 0 where it is steady.",
+        ),
+    )
+
+    def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """The pulse, averaged over the jitter: exact for its cumulative, which is linear within a step."""
+        clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
+        arrival_s = np.asarray(clock.time_zero_s) + 2 * values["apparent_range"] / speed_of_light
+        after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
+        cumulative = (_integral(clock.pulse, after_s + jitter) - _integral(clock.pulse, after_s - jitter)) / (
+            2 * jitter
+        )
+        return rendering.expected + np.atleast_1d(values["counts"])[:, None] * np.diff(
+            np.clip(cumulative, 0, 1), axis=-1
+        )
+
+
+def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:
+    """Integral of the pulse's cumulative up to `time_s`, seconds: quadratic within a step, linear after the last."""
+    edges, cumulative = pulse.edges, pulse.edge_cumulative
+    until = np.concatenate([[0.0], np.cumsum((cumulative[1:] + cumulative[:-1]) / 2 * pulse.step_s)])
+    inside = np.clip(time_s, edges[0], edges[-1])
+    step = np.clip(np.searchsorted(edges, inside, side="right") - 1, 0, len(pulse.probability) - 1)
+    part = inside - edges[step]
+    quadratic = until[step] + part * (cumulative[step] + pulse.probability[step] * part / (2 * pulse.step_s))
+    return quadratic + cumulative[-1] * np.maximum(time_s - edges[-1], 0)
+
+
+effect = RangeAliasing()

@@ -1,0 +1,46 @@
+"""`stray_light`: each zone also receives a share of what the whole field receives."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.arrivals import Arrivals
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.rendering import Rendering
+
+
+class StrayLight(Effect):
+    """Light scattered in the lens falls on all zones: in each, a share of the sum of all, timed by its own clock."""
+
+    id = "stray_light"
+    acts_on = "optics"
+    order = -1  # It is light from the field: crosstalk, which never was there, comes after.
+    sentence = "Every zone also receives a small share of the light that all zones together receive."
+    look_alikes = (
+        LookAlike("ambient_pedestal", "Cover the emitter: stray light goes, a pedestal stays."),
+        LookAlike("multipath", "Show one zone alone a bright target: stray light is not late, a second bounce is."),
+        LookAlike("footprint_blur", "Show one zone alone a target: stray light is in all others, blur in the next."),
+    )
+    parameters = (
+        Parameter(
+            "share",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.01,
+            vanishes_at=0.0,
+            by_zone=True,
+            sentence="What the zone receives more, as a part of the sum of all zones; about 0.01 is common.",
+        ),
+    )
+
+    def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
+        """In each zone, a share of the sum over zones, moved to this zone's time zero."""
+        own = rendering.arrivals
+        zero = np.broadcast_to(rendering.clock.time_zero_s, own.light.shape[:2])
+        total = own.delayed(zero[:, :1] - zero).light.sum(axis=1, keepdims=True)
+        everywhere = replace(own, light=np.broadcast_to(total, own.light.shape)).delayed(zero - zero[:, :1])
+        return replace(own, light=own.light + np.atleast_1d(values["share"])[:, None] * everywhere.light)
+
+
+effect = StrayLight()

@@ -1,0 +1,39 @@
+"""`time_zero_drift`: the delay of the sensor changes over the session, as it warms up."""
+
+from physics.arrivals import Arrivals
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.rendering import Rendering
+
+
+class TimeZeroDrift(Effect):
+    """After t seconds all zones register light later by rate · t, earlier where negative.
+
+    Light from beyond the window, which a negative delay would bring into its last bins, is not followed.
+    """
+
+    id = "time_zero_drift"
+    acts_on = "time"
+    sentence = "All light is registered later and later, or earlier and earlier, in the course of the session."
+    look_alikes = (
+        LookAlike("time_zero_offset", "Repeat the first frame at the end of the session: drift shows, an offset not."),
+        LookAlike("time_lag", "Hold sensor and scene still: drift goes on, a lag has nothing to show."),
+        LookAlike("gain_drift", "Hold the target still and sum over bins: a drifting delay leaves the sum as it is."),
+    )
+    parameters = (
+        Parameter(
+            "rate",
+            unit="s/s",
+            low=-1e-8,
+            high=1e-8,
+            start=1e-11,
+            vanishes_at=0.0,
+            sentence="By how much the delay grows in a second.",
+        ),
+    )
+
+    def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
+        """All light, delayed by what its frame's time makes."""
+        return rendering.arrivals.delayed(values["rate"] * rendering.light.time_s[:, None])
+
+
+effect = TimeZeroDrift()

@@ -1,0 +1,46 @@
+"""The echo against afterpulses drawn one by one, and against the geometric series."""
+
+from types import SimpleNamespace
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.effects.afterpulsing import effect
+from physics.nominal import ForwardModel
+
+WIDTH = 0.4e-9
+
+
+def seen(counts, **values):
+    start = SimpleNamespace(expected=np.asarray(counts, float), clock=SimpleNamespace(bin_width_s=WIDTH))
+    return effect.expected(effect.at(**values).values, start)
+
+
+def test_events_drawn_one_by_one_agree():
+    rng = np.random.default_rng(8)
+    events, tau, share = 400_000, 1.3e-9, 0.3
+    primary = rng.choice([4, 5, 20], events, p=[0.5, 0.3, 0.2])
+    followed = primary[rng.random(events) < share]
+    # A delay begun but not over counts as a whole bin: the next bins are 1, 2, ... away.
+    later = followed + np.ceil(rng.exponential(tau, followed.size) / WIDTH).astype(int)
+    drawn = np.bincount(np.concatenate([primary, later[later < 60]]), minlength=60)
+    expected = seen(np.bincount(primary, minlength=60), probability=share, tau=tau)
+    assert (np.abs(drawn - expected) < 5 * np.sqrt(expected) + 1e-9).all()
+
+
+@given(probability=st.floats(0, 1), tau=st.floats(1e-10, 1e-8))
+def test_one_pulse_is_followed_by_a_geometric_series(probability, tau):
+    counts = np.zeros(4000)
+    counts[7] = 1000
+    found = seen(counts, probability=probability, tau=tau)
+    np.testing.assert_allclose(found[:8], counts[:8])
+    ratio = np.exp(-WIDTH / tau)
+    np.testing.assert_allclose(found[8:40], 1000 * probability * (1 - ratio) * ratio ** np.arange(32), atol=1e-9)
+    np.testing.assert_allclose(found.sum(), 1000 * (1 + probability), rtol=1e-9)
+
+
+def test_it_is_in_proportion_to_the_pulse(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    one, ten = model.expected(1.0, [effect.at()]), model.expected(10.0, [effect.at()])
+    np.testing.assert_allclose(ten, 10 * one)

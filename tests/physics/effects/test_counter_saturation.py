@@ -1,0 +1,39 @@
+"""Clipped Poisson counts: against the sum over their distribution, and against counts drawn and clipped."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import poisson
+
+from physics.effects.counter_saturation import effect
+
+
+def shown(mean, ceiling, lost=1.0):
+    values = effect.at(ceiling=ceiling, lost=lost).values
+    return effect.expected(values, SimpleNamespace(expected=np.asarray(mean, float)))
+
+
+@given(mean=st.floats(0, 400), ceiling=st.integers(2, 400))
+def test_it_is_the_sum_over_the_poisson_distribution(mean, ceiling):
+    n = np.arange(800)
+    assert shown(mean, ceiling) == pytest.approx(np.minimum(n, ceiling) @ poisson.pmf(n, mean), rel=1e-9, abs=1e-9)
+
+
+def test_counts_drawn_and_clipped_agree():
+    mean = np.array([0.5, 200, 250, 255, 260, 400])
+    drawn = np.minimum(np.random.default_rng(3).poisson(mean, (200_000, 6)), 255)
+    error = drawn.std(axis=0) / np.sqrt(200_000)
+    assert (np.abs(drawn.mean(axis=0) - shown(mean, 255)) < 5 * error + 1e-6).all()
+
+
+@given(mean=st.floats(0, 1e8), ceiling=st.floats(2, 1e7), lost=st.floats(0, 1))
+def test_never_above_the_ceiling_nor_above_what_came(mean, ceiling, lost):
+    assert shown(mean, ceiling) <= ceiling * (1 + 1e-9)
+    assert 0 <= shown(mean, ceiling, lost) <= mean * (1 + 1e-9)
+
+
+def test_few_counts_are_not_touched():
+    np.testing.assert_allclose(shown([0, 1, 10, 100], 65535), [0, 1, 10, 100], rtol=1e-12)

@@ -1,0 +1,46 @@
+"""Crosstalk against the pulse itself, placed in bins by its cumulative."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from physics.effects.cover_glass_crosstalk import effect
+from physics.nominal import ForwardModel
+from recordings.refusal import Refusal
+
+CYCLES = 2e4
+
+
+@pytest.mark.parametrize("gain", [1.0, 3e3])
+def test_it_is_one_pulse_near_time_zero_whatever_the_gain(small, gain):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    share, delay = np.array([0, 1e-3, 2e-3, 3e-3]), 0.5e-9
+    found = model.expected(gain, [effect.at(share=share, delay=delay)]) - model.expected(gain)
+    clock = small.clock
+    pulses = clock.pulse.in_bins(clock.time_zero_s + delay, clock.bins, clock.bin_width_s)
+    closed = (CYCLES * share)[:, None] * pulses
+    np.testing.assert_allclose(found, np.broadcast_to(closed, found.shape), atol=2e-3 * closed.max())
+
+
+def test_all_its_counts_are_there_and_go_with_the_shots(small):
+    light = replace(small.light, laser_cycles=np.array([1e4, 2e4, 4e4]))
+    model = ForwardModel(light, small.footprints, small.clock)
+    more = (model.expected(10.0, [effect.at(share=1e-3)]) - model.expected(10.0)).sum(axis=-1)
+    np.testing.assert_allclose(more, np.repeat([[10.0], [20], [40]], 4, axis=1), rtol=1e-4)
+
+
+def test_no_target_moves_it(small):
+    dark = replace(small.light.returns[0], strength=np.zeros_like(small.light.returns[0].strength))
+    empty = ForwardModel(replace(small.light, returns=(dark,)), small.footprints, small.clock)
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    more = model.expected(10.0, [effect.at()]) - model.expected(10.0)
+    np.testing.assert_allclose(empty.expected(10.0, [effect.at()]), more, atol=1e-9)
+
+
+def test_it_asks_for_shots_and_gain(small):
+    unknown = replace(small.light, laser_cycles=None)
+    with pytest.raises(Refusal, match="laser_cycles is missing"):
+        ForwardModel(unknown, small.footprints, small.clock).expected(1.0, [effect.at()])
+    with pytest.raises(Refusal, match="gain is 0, expected above 0"):
+        ForwardModel(small.light, small.footprints, small.clock).expected(0.0, [effect.at()])

@@ -1,0 +1,52 @@
+"""A stretched Gaussian is the Gaussian of the stretched width, in closed form."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import norm
+
+from physics.clock import Clock
+from physics.effects.impulse_width import effect
+from physics.pulse import ImpulseResponse, tailed_pulse
+from physics.rendering import Rendering
+
+SIGMA, MEAN, STEP = 0.15e-9, 0.04e-9, 0.0125e-9
+
+
+def gaussian():
+    edges = (np.arange(-80, 82) - 0.5) * STEP
+    probability = np.diff(norm.cdf(edges, loc=MEAN, scale=SIGMA))
+    return ImpulseResponse((edges[1:] + edges[:-1]) / 2, probability / probability.sum())
+
+
+def stretched(pulse, broader):
+    start = Rendering(None, None, Clock(0.4e-9, 60, np.zeros(1), pulse), 1.0)
+    return effect.clock(effect.at(broader=broader).values, start).pulse
+
+
+@pytest.mark.parametrize("broader", [-0.6, -0.1, 1e-3, 0.5, 3.0])
+def test_a_gaussian_stays_one(broader):
+    times = np.linspace(-2e-9, 2e-9, 300)
+    closed = norm.cdf(times, loc=MEAN, scale=SIGMA * (1 + broader))
+    # Between its steps' edges a response is spread evenly: the bow of the narrowest Gaussian within a step.
+    atol = (STEP / (SIGMA * (1 + broader))) ** 2 / 8 * 0.25 + 1e-4
+    np.testing.assert_allclose(stretched(gaussian(), broader).cumulative(times), closed, atol=atol)
+
+
+@given(broader=st.floats(-0.5, 4))
+def test_light_and_mean_are_kept_and_the_width_follows(broader):
+    pulse = tailed_pulse(0.1e-9, 0.2e-9, 0.4e-9, 0.2, STEP)
+    found = stretched(pulse, broader)
+    assert found.probability.sum() == pytest.approx(1, abs=1e-12)
+    assert (found.probability >= 0).all()
+    assert found.step_s == pytest.approx(STEP)
+    means, widths = zip(*(_moments(p) for p in (pulse, found)), strict=True)
+    assert means[1] == pytest.approx(means[0], abs=0.01 * STEP)
+    # A step's own width, which reading the cumulative at edges leaves out, is allowed for.
+    assert widths[1] == pytest.approx(widths[0] * (1 + broader), abs=0.02 * STEP + 5e-3 * widths[0])
+
+
+def _moments(pulse):
+    mean = pulse.probability @ pulse.time_s
+    return mean, np.sqrt(pulse.probability @ (pulse.time_s - mean) ** 2)

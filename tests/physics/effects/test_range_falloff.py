@@ -1,0 +1,29 @@
+"""Falloff against scenes whose strength is that by formula."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from physics.effects.range_falloff import effect
+from physics.light import Return
+from physics.nominal import ForwardModel
+
+
+@pytest.mark.parametrize("overlap", [0.0, 0.1, 0.3, 1.0])
+def test_it_is_a_scene_of_that_strength(small, overlap):
+    """(1/r²) / (1 + (r0/r)²) = 1 / (r² + r0²)."""
+    direct = small.light.returns[0]
+    r = direct.range_m.astype(float)
+    closed = direct.strength * r**2 / (r**2 + overlap**2)
+    light = replace(small.light, returns=(Return(direct.range_m, closed.astype(np.float32)),))
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [effect.at(overlap_range=overlap)])
+    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, expected, atol=2e-4 * expected.max())
+
+
+def test_a_zone_of_its_own_overlap_leaves_the_others(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    found, nominal = model.expected(1e3, [effect.at(overlap_range=[0, 0.5, 0, 0])]), model.expected(1e3)
+    np.testing.assert_allclose(found[:, [0, 2, 3]], nominal[:, [0, 2, 3]])
+    assert (found[:, 1].sum(axis=-1) < nominal[:, 1].sum(axis=-1)).all()

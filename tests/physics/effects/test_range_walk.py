@@ -1,0 +1,46 @@
+"""Walk against its formula on single pulses, and its limits: the faintest stays, the brightest walks in full."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.arrivals import Arrivals
+from physics.clock import Clock
+from physics.effects.range_walk import effect
+from physics.nominal import ForwardModel
+from physics.pulse import two_piece_pulse
+
+
+def lead(signal, gain=1.0, **values):
+    """By how much a pulse of `signal` light is registered earlier, and what part of it is left."""
+    clock = Clock(2e-10, 30, np.zeros(1), two_piece_pulse(1e-10, 2e-10, 2e-11))
+    light = np.zeros((1, 1, clock.lattice.size))
+    light[0, 0, 150] = signal
+    start = SimpleNamespace(arrivals=Arrivals(light, clock.lattice, 30), gain=gain)
+    found = effect.arrivals(effect.at(**values).values, start).light[0, 0]
+    return (150 - np.arange(len(found)) @ found / found.sum()) * clock.lattice.step_s, found.sum() / signal
+
+
+@given(signal=st.floats(1e-3, 1e9), walk=st.floats(0, 2e-9), level=st.floats(1, 1e9))
+def test_one_pulse_walks_by_the_formula_and_keeps_its_light(signal, walk, level):
+    found, left = lead(signal, walk=walk, level=level)
+    assert found == pytest.approx(walk / (1 + level / signal), abs=1e-18)
+    assert left == pytest.approx(1)
+
+
+def test_half_at_its_level_whatever_gain_and_light_make_it():
+    assert lead(50.0, gain=20.0, walk=1e-10, level=1e3)[0] == pytest.approx(5e-11)
+    assert lead(1e12, walk=1e-10, level=1e3)[0] == pytest.approx(1e-10)
+
+
+def test_faint_light_stays_and_bright_light_moves_by_a_whole_bin(small):
+    width = small.clock.bin_width_s
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    setting = [effect.at(walk=width, level=1.0)]
+    faint, bright = model.expected(1e-9, setting) / 1e-9, model.expected(1e12, setting) / 1e12
+    nominal = model.expected()
+    np.testing.assert_allclose(faint, nominal, atol=1e-6 * nominal.max())
+    np.testing.assert_allclose(bright[..., :-3], nominal[..., 1:-2], atol=1e-6 * nominal.max())

@@ -1,0 +1,38 @@
+"""A second surface against a scene that has two returns."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effects.second_surface import effect
+from physics.light import Return
+from physics.nominal import ForwardModel
+
+
+def test_it_is_a_scene_of_two_returns(small):
+    passed, spacing = 0.3, 0.25
+    direct = small.light.returns[0]
+    behind = direct.range_m + np.float32(spacing)
+    second = passed * direct.strength * (direct.range_m / behind) ** 2
+    returns = (Return(direct.range_m, (1 - passed) * direct.strength), Return(behind, second))
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(
+        1e3, [effect.at(passed=passed, spacing=spacing)]
+    )
+    closed = ForwardModel(replace(small.light, returns=returns), small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, closed, atol=1e-2 * closed.max())
+    np.testing.assert_allclose(found.sum(axis=-1), closed.sum(axis=-1), rtol=1e-4)
+
+
+def test_surfaces_that_touch_keep_all_photons_and_their_times(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    np.testing.assert_allclose(model.expected(1e3, [effect.at(passed=0.7, spacing=0)]), model.expected(1e3), rtol=1e-9)
+
+
+def test_behind_a_clear_pane_only_the_second_is_seen(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    spacing = 3 * small.clock.bin_width_s * 299_792_458 / 2
+    found, nominal = model.expected(1e3, [effect.at(passed=1, spacing=spacing)]), model.expected(1e3)
+    seen = nominal[..., :-3] > 1e-3 * nominal.max()
+    ratio = found[..., 3:][seen] / nominal[..., :-3][seen]
+    assert (ratio > (0.3 / (0.3 + spacing)) ** 2 - 1e-3).all()
+    assert (ratio < (1.7 / (1.7 + spacing)) ** 2 + 1e-3).all()

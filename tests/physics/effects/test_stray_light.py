@@ -1,0 +1,35 @@
+"""Stray light against the sum of the zones' own histograms, on clocks whose zones differ by nothing or a bin."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effects.cover_glass_crosstalk import effect as crosstalk
+from physics.effects.stray_light import effect
+from physics.nominal import ForwardModel
+
+
+def model_at(small, time_zero_s, footprints=None):
+    clock = replace(small.clock, time_zero_s=np.array(time_zero_s))
+    return ForwardModel(small.light, footprints or small.footprints, clock, 5.0)
+
+
+def test_each_zone_gets_a_share_of_the_sum_of_all(small):
+    model, share = model_at(small, [2e-9] * 4), np.array([0, 0.01, 0.1, 1])
+    signal = model.expected(1e3) - 5
+    more = model.expected(1e3, [effect.at(share=share)]) - model.expected(1e3)
+    np.testing.assert_allclose(more, share[:, None] * signal.sum(axis=1, keepdims=True), atol=1e-9)
+
+
+def test_a_blind_zone_sees_what_the_others_see_by_its_own_clock(small):
+    blind = small.footprints.changed(lambda weights: weights * np.array([1, 1, 1, 0])[:, None, None])
+    model = model_at(small, [2e-9, 2e-9, 2e-9, 2e-9 + small.clock.bin_width_s], blind)
+    found = model.expected(1e3, [effect.at(share=[0, 0, 0, 0.2])]) - 5
+    np.testing.assert_allclose(found[:, 3, 1:], 0.2 * found[:, :3].sum(axis=1)[:, :-1], atol=1e-9)
+
+
+def test_crosstalk_is_no_light_of_the_field(small):
+    model = model_at(small, [2e-9] * 4)
+    both = model.expected(1e3, [crosstalk.at(), effect.at()])
+    apart = model.expected(1e3, [crosstalk.at()]) + model.expected(1e3, [effect.at()]) - model.expected(1e3)
+    np.testing.assert_allclose(both, apart, atol=1e-9)

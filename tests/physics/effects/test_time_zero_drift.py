@@ -1,0 +1,26 @@
+"""Drift against sensors whose time zero is that of each frame."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effects.time_zero_drift import effect
+from physics.nominal import ForwardModel
+
+
+def test_each_frame_is_that_of_a_sensor_with_its_own_time_zero(small):
+    rate = 4e-10
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [effect.at(rate=rate)])
+    for i, time in enumerate((0.0, 0.1, 0.2)):
+        clock = replace(small.clock, time_zero_s=small.clock.time_zero_s + rate * time)
+        other = ForwardModel(small.light, small.footprints, clock).expected(1e3)[i]
+        np.testing.assert_allclose(found[i], other, atol=3e-3 * other.max())
+
+
+def test_counts_are_kept_and_the_first_frame_stays(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    nominal, found = model.expected(1e3), model.expected(1e3, [effect.at(rate=-3e-10)])
+    np.testing.assert_array_equal(found[0], nominal[0])
+    assert np.abs(found[2] - nominal[2]).max() > 1e-2 * nominal.max()
+    last = nominal[..., -8:].sum()
+    np.testing.assert_allclose(found.sum(), nominal.sum(), atol=last + 1e-6 * nominal.sum())
