@@ -15,6 +15,7 @@ from viewers.overlay import zone_colours, zone_opacity
 from viewers.scan_blueprint import scan_blueprint
 
 JPEG_QUALITY = 85
+SHEER = 0.55  # so that the arm and the patch show through the maps
 PICTURES = 360  # of the camera, at most: enough to follow the arm, and the file stays small
 
 
@@ -62,7 +63,7 @@ def _maps(session: rr.RecordingStream, zones: list[str], images: np.ndarray, siz
         alpha = cv2.resize(opacity[p].astype(np.float32), size, interpolation=cv2.INTER_LINEAR)
         layer = np.empty((size[1], size[0], 4), np.uint8)
         layer[..., :3] = 255 * colours[p][::-1]  # OpenCV encodes blue first
-        layer[..., 3] = 255 * alpha
+        layer[..., 3] = 255 * SHEER * alpha
         png = cv2.imencode(".png", layer)[1].tobytes()
         session.log(
             f"camera/maps/{zone}",
