@@ -12,12 +12,13 @@ from recordings.stream import Stream
 
 FRAMES = 3600
 LIMIT_MB = 1024
+# The high-water mark of this program alone: getrusage would count the parent it was forked from, too.
 ITERATE = """
-import resource, sys
+import sys
 from recordings.files import load
 recording = load(sys.argv[1])
 total = sum(int(image[0, 0, 0]) for image in recording.rgb) + int(recording.counts.sum())
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+print(int(open("/proc/self/status").read().split("VmHWM:")[1].split()[0]) / 1024)
 """
 
 

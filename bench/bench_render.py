@@ -23,7 +23,7 @@ WIDTH_S = 0.26e-9
 PULSE = tailed_pulse(0.1e-9, 0.2e-9, 0.3e-9, 0.15, step_s=WIDTH_S / 32)
 
 LONG = """
-import resource, sys
+import sys
 import numpy as np
 from physics.presets import preset
 from physics.scene.view import View, Views
@@ -37,7 +37,7 @@ depth = (1 + 0.1 * rng.random((60, 106))).astype(np.float32)
 views = (View(0.1 * i, depth + np.float32(1e-5 * i)) for i in range(10_000))
 scene = Views(np.array([[76.5, 0, 52.5], [0, 76.5, 29.5], [0, 0, 1]]), views, 10_000)
 save(simulate(scene, maps, preset("tmf8828-3x3-wide-long"), rng)[0], sys.argv[1])
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+print(int(open("/proc/self/status").read().split("VmHWM:")[1].split()[0]) / 1024)
 """
 
 
