@@ -12,7 +12,7 @@ test: .venv/ready
 	$(BIN)/python -m pytest -n 2 -m "not slow" $(TESTS)
 
 test-slow: .venv/ready
-	$(BIN)/python -m pytest -n 2 -m slow $(TESTS)
+	$(BIN)/python -m pytest -n 2 -m slow $(TESTS) || test $$? = 5  # 5: no test is that slow yet
 
 lint: .venv/ready
 	$(BIN)/ruff check .
