@@ -23,6 +23,6 @@ def reading(path: str | Path, kind: str) -> Iterator[None]:
         raise Refusal(sentence if sentence.startswith(str(path)) else f"{path}: {sentence}") from None
     except ABOUT_THE_PLACE:
         raise
-    except Exception as wrong:
+    except Exception as wrong:  # decoders name neither all their errors nor the bytes at fault
         reason = " ".join(str(wrong).split())[:200] or type(wrong).__name__
         raise Refusal(f"{path}: damaged {kind} ({reason})") from None

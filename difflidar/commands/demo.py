@@ -8,6 +8,8 @@ from rich.console import Console
 
 from difflidar.progress import bar
 
+LEAST = 160  # positions, of which a sixteenth still makes a map
+
 
 @click.command()
 @click.option("--out", default="out/demo", show_default=True, type=click.Path(path_type=Path), help="Folder to write.")
@@ -27,12 +29,17 @@ def command(out, grid, seed):
     from difflidar.commands.calibrate import draw, show
     from recordings.files import load, save
     from recordings.maps_file import save_maps
+    from recordings.refusal import Refusal
     from viewers.curves import save_sparse_curve
     from viewers.scan_session import save_scan_session
 
+    plan = ScanPlan.parse(grid)
+    if plan.count < LEAST:
+        raise Refusal(
+            f"grid: {grid} has {plan.count} positions, expected {LEAST} or more to compare shorter scans with"
+        )
     out.mkdir(parents=True, exist_ok=True)
     say = Console().print
-    plan = ScanPlan.parse(grid)
     simulated = simulate_scan(plan, rng=np.random.default_rng(seed))
     save(simulated.patch, out / "scan.rrd", progress=bar)
     save(simulated.background, out / "background.rrd", progress=bar)

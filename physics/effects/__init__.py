@@ -26,7 +26,7 @@ def all_effects() -> dict[str, Effect]:
     for entry in entry_points(group=GROUP):
         try:
             effect = entry.load()
-        except Exception as wrong:
+        except Exception as wrong:  # somebody else's module may fail in any way
             raise Refusal(f"effect {entry.name} of {entry.value} does not load: {wrong}") from None
         fault = fault_of(effect, entry.name)
         if fault or entry.name in found:

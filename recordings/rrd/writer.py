@@ -145,5 +145,5 @@ class RrdWriter:
             return
         try:
             self.abandon()
-        except Exception as also:
+        except Exception as also:  # whatever it is, the error that ended the recording matters more
             error.add_note(f"and the last frames could not be written: {also}")

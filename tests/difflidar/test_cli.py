@@ -119,6 +119,8 @@ def test_rays(maps, tmp_path, capsys):
         (["calibrate", "MAPS", "--out", "x.npz", "--window", "fifteen"], "window"),
         (["calibrate", "MAPS"], "--out"),
         (["calibrated"], "calibrated"),
+        (["demo", "--grid", "0x3"], "columns"),
+        (["demo", "--grid", "9x9"], "81 positions"),
     ],
 )
 def test_refusals_are_one_sentence(maps, tmp_path, monkeypatch, capsys, arguments, says):

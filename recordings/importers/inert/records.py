@@ -28,7 +28,7 @@ def records(path: Path, reader: BoundedReader) -> Iterator[Any]:
             raise EOFError(f"record {number} at byte {reader.record_start} is cut off: it {wrong}") from None
         except Refusal as wrong:
             raise Refusal(f"{where} {wrong}; nothing of it was run") from None
-        except Exception as wrong:
+        except Exception as wrong:  # damaged bytes make the interpreter of pickles fail in any way
             raise Refusal(f"{where} is not a pickle of data ({type(wrong).__name__}: {wrong!s:.100})") from None
         yield record
         number += 1
