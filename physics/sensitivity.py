@@ -7,8 +7,8 @@ import numpy as np
 
 from physics.effect import Parameter, Setting
 
-# Of a parameter's size: far above rounding, far below what bends the model.
-RELATIVE_STEP = 1e-4
+# Of a parameter's size: far above the rounding of single-precision light, far below what bends the model.
+RELATIVE_STEP = 1e-3
 
 Model = Callable[[tuple[Setting, ...]], np.ndarray]
 

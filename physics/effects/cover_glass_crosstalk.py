@@ -37,7 +37,7 @@ class CoverGlassCrosstalk(Effect):
             unit="s",
             low=0.0,
             high=1e-9,
-            start=2e-11,
+            start=2e-10,
             sentence="Arrival after that of a target at range 0; millimetres of way inside the package.",
         ),
     )

@@ -33,7 +33,7 @@ class Interference(Effect):
             unit="s",
             low=-1e-6,
             high=1e-6,
-            start=1e-10,
+            start=5e-9,
             sentence="When it arrives at the start of the session, from the start of bin 0.",
         ),
         Parameter(
@@ -41,7 +41,7 @@ class Interference(Effect):
             unit="1",
             low=-1e-3,
             high=1e-3,
-            start=5e-10,
+            start=1e-8,
             sentence="Seconds by which it arrives later for each second of the session.",
         ),
     )

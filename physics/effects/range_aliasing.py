@@ -41,7 +41,7 @@ class RangeAliasing(Effect):
             unit="m",
             low=0.0,
             high=100.0,
-            start=0.06,
+            start=1.0,
             sentence="Its range less whole periods of the laser: 8.44 m each at 17.77 MHz.",
         ),
         Parameter(
@@ -49,7 +49,7 @@ class RangeAliasing(Effect):
             unit="s",
             low=0.0,
             high=1e-8,
-            start=8e-11,
+            start=1e-9,
             sentence="Most by which the laser's period is longer or shorter; 0 where it is steady.",
         ),
     )

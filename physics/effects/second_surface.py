@@ -36,7 +36,7 @@ class SecondSurface(Effect):
             unit="m",
             low=0.0,
             high=5.0,
-            start=0.02,
+            start=0.05,
             sentence="Optical distance between the two surfaces; centimetres for a double pane.",
         ),
     )
