@@ -23,20 +23,22 @@ class Clock:
     """How P zones register time.
 
     bin_width_s: seconds. bins: T. time_zero_s: (P,), or (F, P) where it changes from frame to frame; arrival of a
-    target at range 0, seconds from the start of bin 0. pulse: the impulse response.
+    target at range 0, seconds from the start of bin 0. pulse: the impulse response. least_per_bin: fewest knots of the
+    lattice to a bin, for effects that look at where within its bin light arrives.
     """
 
     bin_width_s: float
     bins: int
     time_zero_s: np.ndarray
     pulse: ImpulseResponse
+    least_per_bin: int = 1
 
     @cached_property
     def lattice(self) -> "Lattice":
         """The lattice of this bin width and pulse."""
         # Light comes after time zero; what is delayed by less than nothing may come a little before.
         earliest = min(0.0, float(np.min(self.time_zero_s))) - EARLY_BINS * self.bin_width_s
-        return Lattice.of(self.pulse, self.bin_width_s, self.bins, earliest)
+        return Lattice.of(self.pulse, self.bin_width_s, self.bins, earliest, self.least_per_bin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,9 @@ class Lattice:
     error: float
 
     @classmethod
-    def of(cls, pulse: ImpulseResponse, bin_width_s: float, bins: int, earliest_s: float) -> "Lattice":
+    def of(
+        cls, pulse: ImpulseResponse, bin_width_s: float, bins: int, earliest_s: float, least_per_bin: int = 1
+    ) -> "Lattice":
         """The lattice for bins of this width, for light that arrives at `earliest_s` or later."""
         edges, cumulative = pulse.edges, pulse.edge_cumulative
         step = (edges[-1] - edges[0]) / (len(edges) - 1)
@@ -83,6 +87,12 @@ class Lattice:
                     break
                 per_bin *= 2
             edges, cumulative = new, resampled
+        if per_bin < least_per_bin:
+            # The cumulative is linear within a step: cut into equal parts it is the same response.
+            parts = -(-least_per_bin // per_bin)
+            places = np.arange(parts * (len(edges) - 1) + 1) / parts
+            edges, cumulative = (np.interp(places, np.arange(len(edges)), values) for values in (edges, cumulative))
+            per_bin *= parts
         start = int(np.searchsorted(cumulative, NOTHING, side="right")) - 1
         stop = int(np.searchsorted(cumulative, cumulative[-1] - NOTHING, side="left"))
         cumulative = cumulative[start : stop + 1]

@@ -21,7 +21,9 @@ class Parameter:
 
     unit: as in sensor files; "1" where it has none. low, high: bounds, both admitted; `start` within them is where a
     fit begins and what is taken where nothing is said. vanishes_at: the value at which the effect is not there; None
-    for parameters that say what it is like. by_zone: whether each zone may have its own. sentence: what it is.
+    for parameters that say what it is like. axis: "zone", "bin" or "edge" (that before
+    each bin) where each of these may have its own, else None.
+    tries: where else a fit may begin, for what one beginning does not reach. sentence: what it is.
     """
 
     name: str
@@ -31,7 +33,8 @@ class Parameter:
     start: float
     sentence: str
     vanishes_at: float | None = None
-    by_zone: bool = False
+    axis: str | None = None
+    tries: tuple[float, ...] = ()
 
     def checked(self, value: Any, place: str) -> float | np.ndarray:
         """The value as a number, or (P,) numbers; refuses what is none or out of bounds."""
@@ -39,8 +42,8 @@ class Parameter:
             numbers = np.array(value, float)
         except (TypeError, ValueError):
             raise Refusal(f"{place}: {self.name} is {value!r}, expected a number") from None
-        if isinstance(value, bool) or numbers.ndim > (1 if self.by_zone else 0):
-            many = " or one for each zone" if self.by_zone else ""
+        if isinstance(value, bool) or numbers.ndim > (1 if self.axis else 0):
+            many = f" or one for each {self.axis}" if self.axis else ""
             raise Refusal(f"{place}: {self.name} is {value!r}, expected one number{many}")
         good = (numbers >= self.low) & (numbers <= self.high)
         if not good.all():
@@ -63,11 +66,12 @@ class Effect:
 
     id: public name. acts_on: one of STAGES. order: among effects that act on the same, the lower comes first.
     sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
+    forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals` and `expected`: each takes the
     parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random numbers,
     work on all frames at once, are continuous in every parameter, and leave the field as it was where the parameters
-    vanish.
+    vanish. One that mixes frames says how far it looks by `reach`.
     """
 
     id: ClassVar[str]
@@ -76,6 +80,7 @@ class Effect:
     parameters: ClassVar[tuple[Parameter, ...]]
     look_alikes: ClassVar[tuple[LookAlike, ...]] = ()
     order: ClassVar[int] = 0
+    forms: ClassVar[tuple[tuple[str, ...], ...]] = ()
 
     @property
     def changes(self) -> tuple[str, ...]:
@@ -91,14 +96,42 @@ class Effect:
         raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
 
     def at(self, **values: Any) -> "Setting":
-        """The effect at these values; parameters that are not named are at their start."""
+        """The effect at these values.
+
+        What is not named is at its start, but strengths (parameters that vanish) are not there: where no strength is
+        named those of the first form are at their start, where one is named the others are not there.
+        """
         named = {name: self.parameter(name).checked(value, f"effect {self.id}") for name, value in values.items()}
-        return Setting(self, {p.name: named.get(p.name, p.start) for p in self.parameters})
+        strengths = [p.name for p in self.parameters if p.vanishes_at is not None]
+        first = self.forms[0] if self.forms else strengths
+        present = named.keys() if named.keys() & set(strengths) else first
+        rest = {
+            p.name: p.start if p.vanishes_at is None or p.name in present else p.vanishes_at for p in self.parameters
+        }
+        return Setting(self, rest | named)
 
     def vanished(self) -> "Setting":
         """The effect where it is not there."""
         gone = {p.name: p.vanishes_at for p in self.parameters if p.vanishes_at is not None}
         return self.at(**gone)
+
+    def reach(self, values: Values) -> tuple[float, float]:
+        """How many seconds before and after a frame it looks at other frames; (0, 0) where each is by itself.
+
+        Whoever renders frames in batches gives it all of these, and the first frame at or beyond either end.
+        """
+        return 0.0, 0.0
+
+    def reaches(self, values: Values) -> bool:
+        """Whether it looks at other frames at all."""
+        return any(seconds > 0 for seconds in self.reach(values))
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Where a fit may begin, as the data suggest: values of some parameters, each a dictionary.
+
+        excess: (F, P, T) recorded less expected counts. For effects that show at one place out of many.
+        """
+        return []
 
     def apply(self, noun: str, values: Values, rendering: Rendering) -> Any:
         """The field `noun` of the rendering, changed."""

@@ -1,41 +1,19 @@
-"""Where each zone looks, on the grid of a camera: response maps resampled, moved and changed."""
+"""Where each zone looks, on the grid of a camera: response maps resampled, redrawn, moved and changed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import Delaunay, QhullError
+from numba import njit
 
+from physics.footprint_field import FootprintField
 from physics.geometry import full_size_pixels
+from physics.workers import in_parallel
 from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
 
 Change = Callable[[np.ndarray], np.ndarray]
-
-
-class FootprintField:
-    """Responses of P zones at any point of the full-size image, counts.
-
-    Linear on the Delaunay triangles of the scan points, 0 outside their hull. Call with x, y (...) in pixels of the
-    full-size image: (P, ...).
-    """
-
-    def __init__(self, maps: ResponseMaps) -> None:
-        self.full_size = maps.image_size
-        points = np.stack([maps.xs, maps.ys], axis=1).astype(float)
-        try:
-            triangles = Delaunay(points)
-        except (QhullError, ValueError):
-            raise Refusal(
-                f"response maps: {len(points)} scan points span no triangle, expected points off one line"
-            ) from None
-        self._interpolate = LinearNDInterpolator(triangles, maps.by_zone.T.astype(float), fill_value=0)
-
-    def __call__(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
-        """(P, ...) responses at image points."""
-        return np.moveaxis(self._interpolate(x_px, y_px), -1, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,21 +21,36 @@ class Footprints:
     """The weight of every pixel for every zone.
 
     field: the maps. x_px, y_px: (H, W), or (F, H, W) where footprints move from frame to frame: where in the full-size
-    image each pixel's weights are read. scale: counts that weigh 1, the same for all zones.
+    image each pixel's weights are read. scale: counts that weigh 1, the same for all zones. zone_grid: rows, columns.
+    calibration_range_m: depth at which the maps were taken, infinity where unknown.
+    drawings: functions of the maps as a table (P, Y, X), applied in order before the reading.
     changes: functions of weights (..., P, H, W), applied in order after the reading.
+    unmoved: the nominal footprints that these were made from; None where these are they.
+
+    Footprints are read from the triangles of the scan, moved or not. Maps end at the hull of the scan, with a jump
+    where they have not fallen to 0. Moved ones fade beyond it, so that counts are continuous in the move, and what
+    fading adds to a pixel is taken off as long as it has moved little: a move by 0 is none. What a drawing adds is the
+    difference of two tables of whole pixels, read bilinearly at one place: a drawing that changes nothing adds nothing.
     """
 
     field: FootprintField
     x_px: np.ndarray
     y_px: np.ndarray
     scale: float
+    zone_grid: tuple[int, int]
+    calibration_range_m: float = np.inf
+    drawings: tuple[Change, ...] = ()
     changes: tuple[Change, ...] = ()
+    unmoved: "Footprints | None" = None
 
     @cached_property
     def weights(self) -> np.ndarray:
         """(P, H, W), or (F, P, H, W) where footprints move from frame to frame."""
-        read = self.field(self.x_px, self.y_px) / self.scale
-        weights = np.moveaxis(read, 0, -3)
+        if self.x_px.ndim == 3:
+            read = np.stack([self._read(x, y) for x, y in zip(self.x_px, self.y_px, strict=True)])
+        else:
+            read = self._nominal if self.unmoved is None else self._read(self.x_px, self.y_px)
+        weights = np.moveaxis(read, -1, -3)
         for change in self.changes:
             weights = change(weights)
         return weights
@@ -65,31 +58,101 @@ class Footprints:
     @cached_property
     def seen(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """For all frames (one entry) or each: pixels (N,) that any zone sees, and their weights (N, P) float32."""
-        stacks = self.weights if self.weights.ndim == 4 else self.weights[None]
-        found = []
-        for stack in stacks:
-            by_pixel = stack.reshape(len(stack), -1).T
-            pixels = np.flatnonzero(by_pixel.any(axis=1))
-            found.append((pixels, np.ascontiguousarray(by_pixel[pixels], np.float32)))
-        return found
 
-    def moved(self, x_px: np.ndarray, y_px: np.ndarray) -> "Footprints":
+        def kept(by_pixel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            by_pixel = by_pixel.reshape(-1, by_pixel.shape[-1])
+            pixels = np.flatnonzero(by_pixel.any(axis=1))
+            return pixels, np.ascontiguousarray(by_pixel[pixels], np.float32)
+
+        if self.x_px.ndim == 3 and not self.changes:  # Frame by frame: those of all at once may be large.
+            return [kept(self._read(x, y)) for x, y in zip(self.x_px, self.y_px, strict=True)]
+        stacks = self.weights if self.weights.ndim == 4 else self.weights[None]
+        return in_parallel(kept, np.moveaxis(stacks, 1, -1))
+
+    def _read(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
+        """(H, W, P) weights of one frame, moved and redrawn, before changes."""
+        nominal = self.unmoved
+        if self.x_px is nominal.x_px:
+            read = nominal._nominal.copy()
+        else:
+            read = np.moveaxis(self.field.faded(x_px, y_px), 0, -1) / self.scale
+            square = (x_px - nominal.x_px) ** 2 + (y_px - nominal.y_px) ** 2
+            # Smooth at 0, where it is most often differentiated.
+            near = np.maximum(1 - square / self.field.reach_px**2, 0)
+            at, added = nominal._fading
+            read[at] -= near[at][:, None] * added
+        if self.drawings:
+            _add(self._drawn, *self.field.first, x_px, y_px, self.scale, read)
+        return np.maximum(read, 0, out=read)
+
+    @cached_property
+    def _nominal(self) -> np.ndarray:
+        """(H, W, P) weights where nothing is moved, redrawn or changed."""
+        return np.moveaxis(self.field(self.x_px, self.y_px), 0, -1) / self.scale
+
+    @cached_property
+    def _fading(self) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray]:
+        """Rows and columns, (N,) each, of pixels to which fading adds, and what, (N, P)."""
+        added = np.moveaxis(self.field.faded(self.x_px, self.y_px), 0, -1) / self.scale - self._nominal
+        at = np.nonzero(added.any(axis=-1))
+        return at, added[at]
+
+    @cached_property
+    def _drawn(self) -> np.ndarray:
+        """(Y, X, P) float32 counts that drawings add to the table; zones last, as they are read together."""
+        table = self.field.table
+        for drawing in self.drawings:
+            table = drawing(table)
+        return np.ascontiguousarray(np.moveaxis(table - self.field.table, 0, -1), np.float32)
+
+    def moved(self, x_px: np.ndarray | float, y_px: np.ndarray | float) -> "Footprints":
         """The footprints displaced in the full-size image by x, y pixels: scalars, (H, W) or (F, H, W)."""
-        return replace(self, x_px=self.x_px - x_px, y_px=self.y_px - y_px)
+        x, y = (np.array(a) for a in np.broadcast_arrays(self.x_px - x_px, self.y_px - y_px))
+        return replace(self, x_px=x, y_px=y, unmoved=self.unmoved or self)
+
+    def redrawn(self, drawing: Change) -> "Footprints":
+        """The footprints of maps changed by `drawing`, a function of (P, Y, X) counts at whole pixels."""
+        return replace(self, drawings=(*self.drawings, drawing), unmoved=self.unmoved or self)
 
     def changed(self, change: Change) -> "Footprints":
         """The footprints with `change` applied to their weights (..., P, H, W), after what was applied before."""
         return replace(self, changes=(*self.changes, change))
 
 
-def footprints(maps: ResponseMaps, shape: tuple[int, int]) -> Footprints:
-    """The nominal footprints on a grid of `shape` (H, W), divided by one number: the largest response on that grid."""
+def footprints(maps: ResponseMaps, shape: tuple[int, int], calibration_range_m: float | None = None) -> Footprints:
+    """The nominal footprints on a grid of `shape` (H, W), divided by one number: the largest response on that grid.
+
+    calibration_range_m: depth in metres at which the maps were taken, where their meta does not say.
+    """
     field = FootprintField(maps)
     x, y = full_size_pixels(shape, field.full_size)
-    read = field(x, y)
+    read = np.moveaxis(field(x, y), 0, -1)
     largest = float(read.max())
     if not largest > 0:
         raise Refusal(f"response maps: no response above 0 on the {shape[1]} x {shape[0]} camera grid, expected some")
-    made = Footprints(field, x, y, largest)
-    made.__dict__["weights"] = read / largest  # What `weights` would read a second time.
+    depth = maps.meta.get("calibration_range_m", calibration_range_m)
+    depth = np.inf if depth is None else depth
+    if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth > 0:
+        raise Refusal(f"response maps: calibration_range_m is {depth!r}, expected metres above 0")
+    made = Footprints(field, x, y, largest, maps.zone_grid, float(depth))
+    made.__dict__["_nominal"] = read / largest  # What it would read a second time.
     return made
+
+
+@njit(nogil=True, cache=True)
+def _add(table, x_first, y_first, x, y, scale, weights):
+    """Add to weights (H, W, P) what the table (Y, X, P) holds at the points x, y (H, W), bilinear, over scale."""
+    rows, columns, zones = table.shape
+    for v in range(x.shape[0]):
+        for u in range(x.shape[1]):
+            at_x, at_y = x[v, u] - x_first, y[v, u] - y_first
+            # Outside the table there is nothing to add, and a pixel's width leads there.
+            if not (-1 < at_x < columns and -1 < at_y < rows):
+                continue
+            left, top = int(np.floor(at_x)), int(np.floor(at_y))
+            for row in (top, top + 1):
+                for column in (left, left + 1):
+                    if 0 <= row < rows and 0 <= column < columns:
+                        share = (1 - abs(at_x - column)) * (1 - abs(at_y - row)) / scale
+                        for p in range(zones):
+                            weights[v, u, p] += share * table[row, column, p]

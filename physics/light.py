@@ -68,12 +68,14 @@ def direct_light(
     *,
     time_s: np.ndarray | None = None,
     laser_cycles: np.ndarray | None = None,
+    first_frame: int = 0,
 ) -> Light:
     """The nominal model's light: strength ρ·cosθ/r² at range r = |X| of every pixel's point X.
 
     depth_m: (F, H, W) metres along z. intrinsics: (3, 3). reflectance: like depth_m, 1 where None. cosine: like
     depth_m, from depth where None; a surface that faces away (cosine below 0) returns nothing. time_s: (F,).
-    laser_cycles: (F,) or one for all. Raises `Refusal` naming the pixel where a value cannot be.
+    laser_cycles: (F,) or one for all. first_frame: which of a recording's frames is the first of these. Raises
+    `Refusal` naming frame and pixel where a value cannot be.
     """
     depth = np.require(depth_m, np.float32, ("C", "W"))
     if depth.ndim != 3:
@@ -89,7 +91,7 @@ def direct_light(
         if fault != GOOD:
             name, expected = COMPLAINTS[fault]
             value = {BAD_DEPTH: depth, BAD_REFLECTANCE: albedo, BAD_COSINE: given}[fault][i, v, u]
-            raise Refusal(f"{name}[{i}, {v}, {u}] is {value}, expected {expected}")
+            raise Refusal(f"{name}[{first_frame + i}, {v}, {u}] is {value}, expected {expected}")
 
     in_parallel(one, range(len(depth)))
     times = np.arange(len(depth), dtype=float) if time_s is None else np.asarray(time_s, float)

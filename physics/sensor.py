@@ -61,9 +61,11 @@ class SensorModel:
             raise Refusal(f"background_counts holds {self.background_counts.min():g}, expected counts of 0 or more")
         for setting in in_order(self.effects):
             for parameter, value in setting.values.items():
-                if np.ndim(value) and len(value) != self.zones:
+                axis = setting.effect.parameter(parameter).axis
+                many = {"zone": self.zones, "bin": self.bins, "edge": self.bins}.get(axis)
+                if np.ndim(value) and len(value) != many:
                     place = f"effect {setting.effect.id}: {parameter}"
-                    raise Refusal(f"{place} has {len(value)} values, expected one or {self.zones}, one for each zone")
+                    raise Refusal(f"{place} has {len(value)} values, expected one or {many}, one for each {axis}")
         unknown = sorted(self.sources.keys() - self.__dataclass_fields__.keys())
         if unknown:
             raise Refusal(f"sources names {unknown[0]!r}, expected names of fields")

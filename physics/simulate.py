@@ -13,6 +13,7 @@ from physics.light import Light, Return, direct_light
 from physics.nominal import ForwardModel
 from physics.photons import draw_counts
 from physics.scene.view import View, Views
+from physics.scene.windows import windows
 from physics.sensor import SensorModel
 from physics.sensor_file import sensor_to_json
 from recordings.maps import ResponseMaps
@@ -56,7 +57,9 @@ def simulate(
     first = next(views.views, None)
     if first is None:
         raise Refusal("the scene has no view, expected at least one")
-    where = footprints(maps, first.depth_m.shape)
+    where = footprints(maps, first.depth_m.shape, views.meta.get("calibration_range_m"))
+    if np.isfinite(where.calibration_range_m):
+        views = replace(views, meta=views.meta | {"calibration_range_m": where.calibration_range_m})
     if gain is None:
         light = light_of([first], views.intrinsics, sensor, first.timestamp_s)
         fullest = float(ForwardModel(light, where, sensor.clock).expected().max())
@@ -69,14 +72,24 @@ def simulate(
     return Stream(_static(views, first, sensor, gain), frames, views.count), tally
 
 
-def light_of(batch: list[View], intrinsics: np.ndarray, sensor: SensorModel, start_s: float) -> Light:
-    """What the scene sends back in a batch of views; the session began at `start_s`."""
+def light_of(
+    batch: list[View], intrinsics: np.ndarray, sensor: SensorModel, start_s: float, first_frame: int = 0
+) -> Light:
+    """What the scene sends back in a batch of views from `first_frame` on; the session began at `start_s`."""
     depth, reflectance, cosine, gloss = (
         None if getattr(batch[0], name) is None else np.stack([getattr(view, name) for view in batch])
         for name in ("depth_m", "reflectance", "incidence_cosine", "gloss")
     )
     times = np.array([view.timestamp_s for view in batch]) - start_s
-    light = direct_light(depth, intrinsics, reflectance, cosine, time_s=times, laser_cycles=sensor.laser_cycles)
+    light = direct_light(
+        depth,
+        intrinsics,
+        reflectance,
+        cosine,
+        time_s=times,
+        laser_cycles=sensor.laser_cycles,
+        first_frame=first_frame,
+    )
     if gloss is None:
         return light
     direct = light.returns[0]
@@ -92,26 +105,32 @@ def _frames(
     rng: np.random.Generator,
     tally: Tally,
 ) -> Iterator[dict[str, Any]]:
-    """Frames of the recording."""
+    """Frames of the recording; the model sees a batch with as many frames around it as the effects look at."""
     grid, clock = where.x_px.shape, sensor.clock
     size = max(1, min(BATCH_FRAMES, BATCH_PIXELS // (grid[0] * grid[1])))
+    reaches = [setting.effect.reach(setting.values) for setting in sensor.effects]
     done = 0
-    while batch := list(itertools.islice(scene.views, size)):
-        for i, view in enumerate(batch):
-            if view.depth_m.shape != grid:
-                found = f"depth_m[{done + i}] has shape {view.depth_m.shape}"
-                raise Refusal(f"{found}, expected {grid} as in the first frame")
-        light = light_of(batch, scene.intrinsics, sensor, start_s)
+    for around, batch in windows(_on_grid(scene.views, grid), size, start_s, reaches):
+        light = light_of(around, scene.intrinsics, sensor, start_s, done - batch.start)
+        done += batch.stop - batch.start
         model = ForwardModel(light, where, clock, sensor.background_counts)
-        counts = draw_counts(model.expected(gain, sensor.effects), rng)
-        tally.pixels += light.range_m.size
-        tally.missing += int(light.missing.sum())
-        for i, view in enumerate(batch):
-            images = {"depth_m": view.depth_m, "reflectance": view.reflectance, "incidence_cosine": light.cosine[i]}
+        counts = draw_counts(model.expected(gain, sensor.effects)[batch], rng)
+        tally.pixels += light.range_m[batch].size
+        tally.missing += int(light.missing[batch].sum())
+        for view, cosine, seen in zip(around[batch], light.cosine[batch], counts, strict=True):
+            images = {"depth_m": view.depth_m, "reflectance": view.reflectance, "incidence_cosine": cosine}
             rest = {"rgb": view.rgb, "camera_pose": view.camera_pose}
-            frame = {"counts": counts[i], "timestamp_s": view.timestamp_s, **images, **rest}
+            frame = {"counts": seen, "timestamp_s": view.timestamp_s, **images, **rest}
             yield {name: value for name, value in frame.items() if value is not None}
-        done += len(batch)
+
+
+def _on_grid(views: Iterator[View], grid: tuple[int, int]) -> Iterator[View]:
+    """The views, refused where one has another grid than the first."""
+    for i, view in enumerate(views):
+        if view.depth_m.shape != grid:
+            found = f"depth_m[{i}] has shape {view.depth_m.shape}"
+            raise Refusal(f"{found}, expected {grid} as in the first frame")
+        yield view
 
 
 def _static(views: Views, first: View, sensor: SensorModel, gain: float) -> dict[str, Any]:

@@ -10,9 +10,9 @@ from physics.rendering import Rendering
 class Afterpulsing(Effect):
     """Each event is followed by another with some probability, an exponentially distributed time later.
 
-    Delays run from the end of the event's bin, until when the detector is taken to be dead: j bins later come
-    (1 - q)·q^(j-1) of the afterpulses, q = exp(-bin width / τ); those beyond the last bin are lost. Afterpulses of
-    afterpulses are left out: they go with the probability squared.
+    Delays run from the end of the event's bin and a hold-off of `dead` after it, until when the detector is taken to
+    count nothing: with dead 0, j bins later come (1 - q)·q^(j-1) of the afterpulses, q = exp(-bin width / τ); those
+    beyond the last bin are lost. Afterpulses of afterpulses are left out: they go with the probability squared.
     """
 
     id = "afterpulsing"
@@ -39,17 +39,32 @@ class Afterpulsing(Effect):
         Parameter(
             "tau",
             unit="s",
-            low=1e-10,
+            low=1e-9,
             high=1e-6,
             start=5e-9,
-            sentence="Mean delay of an afterpulse.",
+            tries=(2e-9, 5e-9, 2e-8),
+            sentence="Mean delay of an afterpulse, after the hold-off.",
+        ),
+        Parameter(
+            "dead",
+            unit="s",
+            low=0.0,
+            high=1e-7,
+            start=0.0,
+            tries=(0.0, 3e-9),
+            sentence="How long after an event's bin none is released or counted.",
         ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts and their echo."""
-        kept = np.exp(-rendering.clock.bin_width_s / values["tau"])
-        echo = lfilter([0.0, 1 - kept], [1.0, -kept], rendering.expected, axis=-1)
+        width = rendering.clock.bin_width_s
+        kept = np.exp(-width / values["tau"])
+        whole, part = divmod(values["dead"] / width, 1)
+        # Of the first bin after the hold-off only the rest is left: `waits` of the afterpulses come in later ones.
+        waits = np.exp(-(1 - part) * width / values["tau"])
+        response = [*np.zeros(min(int(whole), rendering.expected.shape[-1])), 0.0, 1 - waits, waits - kept]
+        echo = lfilter(response, [1.0, -kept], rendering.expected, axis=-1)
         return rendering.expected + values["probability"] * echo
 
 

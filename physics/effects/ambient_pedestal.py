@@ -28,7 +28,7 @@ class AmbientPedestal(Effect):
             high=1e7,
             start=10.0,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="Counts per bin and frame beyond the recorded background.",
         ),
     )

@@ -3,16 +3,20 @@
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
 
 class BinNonlinearity(Effect):
-    """The edge before bin t of T is displaced by alternation · (-1)^t + slope · T/π · sin(π·t/T) bins.
+    """The edge before bin t of T is displaced by edge_t + alternation · (-1)^t + slope · T/π · sin(π·t/T) bins.
 
-    Odd and even bins differ where a converter counts both flanks of a clock of unequal halves; the slow part bends
-    the whole scale. What lies between the displaced edges is read off the cumulative counts, monotone cubic between
-    the true edges: every count is kept, for the outermost edges stay, and none turns negative.
+    Bins of unequal width are displaced edges: a converter's delays add up, so that an edge lies where the widths before
+    it end. Odd and even bins differ where a converter counts both flanks of a clock of unequal halves; the slow part
+    bends the whole scale. Signal between the displaced edges is read off its cumulative, which the arrivals give step
+    by step of the pulse; what other effects and the background add is known by bin only, and is taken to be monotone
+    cubic between the true edges. Every count is kept, for the outermost edges stay, and none turns negative; an edge
+    that would lie before the one before it lies there.
     """
 
     id = "bin_nonlinearity"
@@ -24,7 +28,18 @@ class BinNonlinearity(Effect):
         ),
         LookAlike("bin_phase", "Cover the emitter and look at the ambient pedestal: only unequal bins show there."),
     )
+    forms = (("edge",), ("alternation", "slope"))
     parameters = (
+        Parameter(
+            "edge",
+            unit="bins",
+            low=-0.5,
+            high=0.5,
+            start=0.05,
+            vanishes_at=0.0,
+            axis="edge",
+            sentence="How much later the edge before a bin is; nothing for bin 0, where the window begins.",
+        ),
         Parameter(
             "alternation",
             unit="bins",
@@ -48,13 +63,50 @@ class BinNonlinearity(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts between displaced edges."""
         counts, bins = rendering.expected, rendering.expected.shape[-1]
-        edges = np.arange(bins + 1.0)
-        slow = values["slope"] * bins / np.pi * np.sin(np.pi * edges / bins)
-        moved = np.clip(edges + values["alternation"] * (-1) ** edges + slow, 0, bins)
-        moved[[0, -1]] = edges[[0, -1]]
-        until = np.concatenate([np.zeros_like(counts[..., :1]), np.cumsum(counts, axis=-1)], axis=-1)
+        moved = _edges(values, bins)
+        even = np.arange(bins + 1.0)
+        if (moved == even).all():
+            return counts
+        arrivals = getattr(rendering, "arrivals", None)
+        rest, more = counts, 0.0
+        if arrivals is not None:
+            rest = counts - rendering.gain * arrivals.binned()
+            more = rendering.gain * _between(arrivals, even, moved)
+        until = np.concatenate([np.zeros_like(rest[..., :1]), np.cumsum(rest, axis=-1)], axis=-1)
+        more = more + PchipInterpolator(even, until, axis=-1)(moved) - until
         # Where there are no counts, rounding alone could bring a bin below 0.
-        return np.maximum(np.diff(PchipInterpolator(edges, until, axis=-1)(moved), axis=-1), 0)
+        return np.maximum(counts + np.diff(more, axis=-1), 0)
+
+
+def _edges(values: Values, bins: int) -> np.ndarray:
+    """(T + 1,) where the edges are, in bins."""
+    even = np.arange(bins + 1.0)
+    moved = even + values["slope"] * bins / np.pi * np.sin(np.pi * even / bins) + values["alternation"] * (-1) ** even
+    moved[:-1] += values["edge"]
+    moved[0] = 0
+    moved = np.maximum.accumulate(np.minimum(moved, bins))
+    moved[-1] = bins
+    return moved
+
+
+def _between(arrivals: Arrivals, start: np.ndarray, stop: np.ndarray) -> np.ndarray:
+    """(F, P, N) signal registered between N pairs of times `start` and `stop` (N,), in bins; linear within a step.
+
+    One product of matrices: what of the light of each knot is registered between each pair.
+    """
+    light, lattice = arrivals.light, arrivals.lattice
+    lit = np.flatnonzero(light.any(axis=(0, 1)))
+    if not len(lit):
+        return np.zeros((*light.shape[:2], len(start)))
+    knots = slice(lit[0], lit[-1] + 1)
+    steps = np.arange(len(lattice.cumulative))
+
+    def until(edges: np.ndarray) -> np.ndarray:
+        # Light of knot 0 is over `lead` steps after the start of bin 0, and sets in the length of the pulse before.
+        over = edges * lattice.per_bin + steps[-1] - lattice.lead
+        return np.interp(over - np.arange(lattice.size)[knots, None], steps, lattice.cumulative)
+
+    return light[..., knots] @ (until(stop) - until(start))
 
 
 effect = BinNonlinearity()

@@ -50,5 +50,10 @@ class CounterSaturation(Effect):
         shown = mean * gammaincc(ceiling - 1, mean) + ceiling * gammainc(ceiling, mean)
         return mean + values["lost"] * (shown - mean)
 
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The largest count there is, and a little less."""
+        largest = float((expected + excess).max())
+        return [{"ceiling": max(2.0, part * largest)} for part in (0.8, 0.95, 1.0)]
+
 
 effect = CounterSaturation()

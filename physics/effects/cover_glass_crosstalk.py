@@ -29,7 +29,7 @@ class CoverGlassCrosstalk(Effect):
             high=1.0,
             start=1e-3,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="Counts per laser shot; 0.0002 to 0.003 is common.",
         ),
         Parameter(

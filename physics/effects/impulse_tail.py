@@ -34,8 +34,9 @@ class ImpulseTail(Effect):
             "tau",
             unit="s",
             low=1e-12,
-            high=1e-8,
+            high=3e-9,
             start=3e-10,
+            tries=(1e-10, 3e-10, 1e-9),
             sentence="Mean delay.",
         ),
     )

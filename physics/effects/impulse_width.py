@@ -4,18 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
+from scipy.special import ndtr
 
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.pulse import ImpulseResponse
+from physics.pulse import CORE_REACH, ImpulseResponse
 from physics.rendering import Rendering
 
 
 class ImpulseWidth(Effect):
-    """The impulse response is stretched about its mean time by the factor 1 + broader.
+    """The impulse response is stretched about its mean time by the factor 1 + broader, then blurred by `jitter`.
 
     Its cumulative, monotone cubic between the edges of the steps, is read at the steps' own spacing: all light is
-    kept, and bins that held whole steps still do.
+    kept, and bins that held whole steps still do. Jitter of laser or clock delays each photon by a normal deviate of
+    its own: variances add, and a pulse of two flanks loses its corners first.
     """
 
     id = "impulse_width"
@@ -30,6 +32,7 @@ class ImpulseWidth(Effect):
         ),
         LookAlike("counter_saturation", "Step away from the target: a wide pulse stays wide, a flat top goes."),
     )
+    forms = (("broader",), ("jitter",))
     parameters = (
         Parameter(
             "broader",
@@ -40,13 +43,25 @@ class ImpulseWidth(Effect):
             vanishes_at=0.0,
             sentence="By what part of its width the pulse is broader, narrower where negative.",
         ),
+        Parameter(
+            "jitter",
+            unit="s",
+            low=0.0,
+            high=2e-9,
+            start=5e-11,
+            vanishes_at=0.0,
+            sentence="Standard deviation of a random delay of each photon, beyond that of the pulse.",
+        ),
     )
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
-        """The same clock with the pulse stretched."""
-        if values["broader"] == 0:
-            return rendering.clock
-        return replace(rendering.clock, pulse=_stretched(rendering.clock.pulse, 1 + values["broader"]))
+        """The same clock with the pulse stretched and blurred."""
+        pulse = rendering.clock.pulse
+        if values["broader"] != 0:
+            pulse = _stretched(pulse, 1 + values["broader"])
+        if values["jitter"] != 0:
+            pulse = _blurred(pulse, values["jitter"])
+        return rendering.clock if pulse is rendering.clock.pulse else replace(rendering.clock, pulse=pulse)
 
 
 def _stretched(pulse: ImpulseResponse, factor: float) -> ImpulseResponse:
@@ -60,6 +75,18 @@ def _stretched(pulse: ImpulseResponse, factor: float) -> ImpulseResponse:
     # Rounding alone could bring a step below 0.
     probability = np.maximum(np.diff(PchipInterpolator(edges, pulse.edge_cumulative)(source)), 0)
     return ImpulseResponse((new[1:] + new[:-1]) / 2, probability * (total / probability.sum()))
+
+
+def _blurred(pulse: ImpulseResponse, sigma_s: float) -> ImpulseResponse:
+    """The pulse convolved with a normal density; exact at the edges for a response even within its steps."""
+    sigma = sigma_s / pulse.step_s
+    reach = int(np.ceil(CORE_REACH * sigma)) + 1
+    at = np.arange(-reach - 1, reach + 2.0)
+    # Integral of the normal cumulative: its second difference is the share of a step that falls into each other step.
+    heaped = at * ndtr(at / sigma) + sigma * np.exp(-0.5 * (at / sigma) ** 2) / np.sqrt(2 * np.pi)
+    probability = np.convolve(pulse.probability, np.maximum(np.diff(heaped, 2), 0))
+    times = pulse.time_s[0] + pulse.step_s * np.arange(-reach, len(pulse.time_s) + reach)
+    return ImpulseResponse(times, probability * (pulse.probability.sum() / probability.sum()))
 
 
 effect = ImpulseWidth()

@@ -41,7 +41,7 @@ class PileUp(Effect):
             high=1.0,
             start=1.0,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="Part of a zone's light that one timing channel receives: 1 where a zone has one channel.",
         ),
     )

@@ -33,7 +33,7 @@ class RangeAliasing(Effect):
             high=1e7,
             start=100.0,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="Counts per frame of the far target's pulse.",
         ),
         Parameter(
@@ -42,6 +42,7 @@ class RangeAliasing(Effect):
             low=0.0,
             high=100.0,
             start=1.0,
+            tries=(0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0),
             sentence="Its range less whole periods of the laser: 8.44 m each at 17.77 MHz.",
         ),
         Parameter(
@@ -50,6 +51,7 @@ class RangeAliasing(Effect):
             low=0.0,
             high=1e-8,
             start=1e-9,
+            tries=(1e-10, 1e-9),
             sentence="Most by which the laser's period is longer or shorter; 0 where it is steady.",
         ),
     )
@@ -76,6 +78,17 @@ def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:
     part = inside - edges[step]
     quadratic = until[step] + part * (cumulative[step] + pulse.probability[step] * part / (2 * pulse.step_s))
     return quadratic + cumulative[-1] * np.maximum(time_s - edges[-1], 0)
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The ranges of the bins in which most is in excess all along."""
+        clock = rendering.clock
+        total = excess.sum(axis=(0, 1)) / np.sqrt(np.maximum(expected.sum(axis=(0, 1)), 1))
+        # Summed over about as many bins as a pulse is wide.
+        total = np.convolve(total, np.ones(3), "same")
+        mean = float(clock.pulse.time_s @ clock.pulse.probability)
+        arrival_s = (np.argsort(total)[::-1][:3] + 0.5) * clock.bin_width_s - mean
+        ranges = speed_of_light / 2 * (arrival_s - np.mean(clock.time_zero_s))
+        return [{"apparent_range": float(r)} for r in ranges if r >= 0]
 
 
 effect = RangeAliasing()

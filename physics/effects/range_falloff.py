@@ -11,20 +11,25 @@ from physics.rendering import Rendering
 
 
 class RangeFalloff(Effect):
-    """At range r the signal is the nominal model's over 1 + (overlap_range / r)².
+    """At range r the signal is the nominal model's over (1 + (overlap_range / r)²)·(r / 1 m)^exponent.
 
-    Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it.
+    Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it. Where
+    emitter and receiver look past each other, or a lens is focused at some distance, the law is a power of another
+    exponent over the ranges that are met.
     """
 
     id = "range_falloff"
     acts_on = "scene"
     order = -1  # It concerns what surfaces send back, not what is added on the way.
-    sentence = "Close to the sensor part of the light misses the detector: signal does not fall as 1/r²."
+    sentence = (
+        "Signal does not fall with the square of range: close to the sensor part of the light misses the detector."
+    )
     look_alikes = (
         LookAlike("scattering_medium", "Clear the air: extinction goes, the optics' falloff stays."),
         LookAlike("pile_up", "Dim the target, not its range: pile-up lessens, falloff stays."),
         LookAlike("reflectance_map", "Step one target in range: only falloff changes with it."),
     )
+    forms = (("overlap_range",), ("exponent",))
     parameters = (
         Parameter(
             "overlap_range",
@@ -33,8 +38,18 @@ class RangeFalloff(Effect):
             high=1.0,
             start=0.02,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="Range at which half of the light is caught; centimetres for such optics.",
+        ),
+        Parameter(
+            "exponent",
+            unit="1",
+            low=-3.0,
+            high=3.0,
+            start=0.2,
+            vanishes_at=0.0,
+            axis="zone",
+            sentence="By how much faster than with the square of range the signal falls.",
         ),
     )
 
@@ -46,7 +61,8 @@ class RangeFalloff(Effect):
         # Nothing is nearer than a knot: what arrives earlier is rounding, and must not divide by 0.
         ranges = speed_of_light / 2 * np.maximum(knots_s - zero, lattice.step_s)
         overlap = np.atleast_1d(values["overlap_range"])[:, None] / ranges
-        return replace(arrivals, light=arrivals.light / (1 + overlap**2))
+        faster = np.atleast_1d(values["exponent"])[:, None]
+        return replace(arrivals, light=arrivals.light / (1 + overlap**2) * ranges**-faster)
 
 
 effect = RangeFalloff()

@@ -37,7 +37,7 @@ class RangeWalk(Effect):
             high=2e-9,
             start=5e-11,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="How much earlier the brightest light is registered than the faintest.",
         ),
         Parameter(
@@ -46,6 +46,7 @@ class RangeWalk(Effect):
             low=1.0,
             high=1e9,
             start=1e4,
+            tries=(1e3, 1e4, 1e5),
             sentence="Counts of signal in a zone and frame at which half of the walk is reached.",
         ),
     )

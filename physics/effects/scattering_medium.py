@@ -52,6 +52,7 @@ class ScatteringMedium(Effect):
             low=1e-3,
             high=1.0,
             start=0.05,
+            tries=(0.05, 0.3),
             sentence="Range at which emitter and receiver overlap by half.",
         ),
     )

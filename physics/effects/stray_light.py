@@ -29,7 +29,7 @@ class StrayLight(Effect):
             high=1.0,
             start=0.01,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="What the zone receives more, as a part of the sum of all zones; about 0.01 is common.",
         ),
     )

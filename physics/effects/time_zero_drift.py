@@ -1,12 +1,14 @@
 """`time_zero_drift`: the delay of the sensor changes over the session, as it warms up."""
 
+import numpy as np
+
 from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
 
 class TimeZeroDrift(Effect):
-    """After t seconds all zones register light later by rate · t, earlier where negative.
+    """After t seconds all zones register light later by rate·t + warmup·(1 - exp(-t/τ)), earlier where negative.
 
     Light from beyond the window, which a negative delay would bring into its last bins, is not followed.
     """
@@ -19,6 +21,7 @@ class TimeZeroDrift(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: drift goes on, a lag has nothing to show."),
         LookAlike("gain_drift", "Hold the target still and sum over bins: a drifting delay leaves the sum as it is."),
     )
+    forms = (("rate",), ("warmup", "tau"))
     parameters = (
         Parameter(
             "rate",
@@ -29,11 +32,31 @@ class TimeZeroDrift(Effect):
             vanishes_at=0.0,
             sentence="By how much the delay grows in a second.",
         ),
+        Parameter(
+            "warmup",
+            unit="s",
+            low=-5e-9,
+            high=5e-9,
+            start=5e-11,
+            vanishes_at=0.0,
+            sentence="Delay that comes to be as the sensor warms up.",
+        ),
+        Parameter(
+            "tau",
+            unit="s",
+            low=1e-2,
+            high=1e4,
+            start=1.0,
+            tries=(0.3, 1.0, 3.0, 30.0),
+            sentence="Time constant of the warming up.",
+        ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """All light, delayed by what its frame's time makes."""
-        return rendering.arrivals.delayed(values["rate"] * rendering.light.time_s[:, None])
+        time_s = rendering.light.time_s[:, None]
+        warm = -np.expm1(-time_s / values["tau"])
+        return rendering.arrivals.delayed(values["rate"] * time_s + values["warmup"] * warm)
 
 
 effect = TimeZeroDrift()

@@ -30,7 +30,7 @@ class TimeZeroOffset(Effect):
             high=2e-9,
             start=5e-11,
             vanishes_at=0.0,
-            by_zone=True,
+            axis="zone",
             sentence="How much later than assumed light is registered.",
         ),
     )

@@ -18,6 +18,7 @@ class WindowClipping(Effect):
         ),
         LookAlike("range_aliasing", "Step the target in range: an aliased pulse comes back, one that is cut does not."),
     )
+    forms = (("early",), ("late",), ("early", "late"))
     parameters = (
         Parameter(
             "early",
@@ -45,6 +46,13 @@ class WindowClipping(Effect):
         start, stop = values["early"], bins - values["late"]
         left = np.arange(bins)
         return rendering.expected * np.clip(np.minimum(left + 1, stop) - np.maximum(left, start), 0, 1)
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The edges beyond which the recording lacks most of what is expected, early and late."""
+        lacking, there = -excess.sum(axis=(0, 1)), np.maximum(expected.sum(axis=(0, 1)), 1)
+        early = np.cumsum(2 * lacking - there)
+        late = np.cumsum((2 * lacking - there)[::-1])
+        return [{"early": float(np.argmax(early) + 1)}, {"late": float(np.argmax(late) + 1)}]
 
 
 effect = WindowClipping()

@@ -34,7 +34,7 @@ class ZoneGain(Effect):
             high=10.0,
             start=1.1,
             vanishes_at=1.0,
-            by_zone=True,
+            axis="zone",
             sentence="Counts of the zone over those that its response map gives.",
         ),
     )

@@ -20,7 +20,9 @@ class World:
     where unknown. zone_grid: rows, columns. bin_width_s; bins: T; time_zero_s: (P,). pulse_time_s, pulse: (N,) impulse
     response, probability of each step, spread evenly over it. background: (P,) counts per bin.
     at: another frame of the same scene by its time, seconds; between two frames the nearer.
-    times_s: (F,) times of all frames.
+    times_s: (F,) times of all frames. gloss: (H, W) or one number, how many times as bright as a matt surface.
+    boost: how many times as many photons come as without changes of sensitivity; gain and background have it in them,
+    acts that add photons by number add boost times as many.
     """
 
     time_s: float
@@ -41,6 +43,8 @@ class World:
     background: np.ndarray
     at: Callable[[float], "World"]
     times_s: np.ndarray
+    gloss: np.ndarray | float = 1.0
+    boost: float = 1.0
 
     @property
     def zones(self) -> int:
@@ -67,25 +71,27 @@ class Photons:
     zone: (N,) which zone each falls on. time_s: (N,) when it is registered, from the start of bin 0, by the clock of
     its zone, pulse included. pixel: (N,) flat index of the camera pixel it comes from, NO_PIXEL where from none.
     shot: (N,) laser shot of the frame, 0 to laser_cycles - 1; all 0 where the shots are unknown.
+    detour_m: (N,) by how much its way there and back is longer than twice the range of its pixel; None where no
+    photon's is.
     """
 
     zone: np.ndarray
     time_s: np.ndarray
     pixel: np.ndarray
     shot: np.ndarray
+    detour_m: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.zone)
 
     def only(self, which: np.ndarray) -> "Photons":
         """Those of a mask or an index array (M,)."""
-        return Photons(self.zone[which], self.time_s[which], self.pixel[which], self.shot[which])
+        detour = None if self.detour_m is None else self.detour_m[which]
+        return Photons(self.zone[which], self.time_s[which], self.pixel[which], self.shot[which], detour)
 
     def and_also(self, more: "Photons") -> "Photons":
         """These and more."""
-        pairs = zip(
-            (self.zone, self.time_s, self.pixel, self.shot),
-            (more.zone, more.time_s, more.pixel, more.shot),
-            strict=True,
-        )
+        pairs = [(getattr(self, name), getattr(more, name)) for name in ("zone", "time_s", "pixel", "shot")]
+        if self.detour_m is not None or more.detour_m is not None:
+            pairs.append(tuple(np.zeros(len(p)) if p.detour_m is None else p.detour_m for p in (self, more)))
         return Photons(*(np.concatenate(pair) for pair in pairs))

@@ -40,16 +40,19 @@ def reads(path: Path) -> bool:
     return head.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"[" and b'"hists"' in head
 
 
-def stream(path: Path) -> Stream:
-    """The frames of the file as a stream; `Refusal` names the frame and field, or the neighbour, at fault."""
+def stream(path: Path, mesh: Path | None = None, zones_path: Path | None = None) -> Stream:
+    """The frames of the file as a stream; `Refusal` names the frame and field, or the neighbour, at fault.
+
+    mesh, zones_path: what else is looked for beside the file.
+    """
     frames = read_frames(path)
-    zones = read_zones(path.parent)
+    zones = read_zones(path, zones_path)
     if frames.counts.shape[1] != len(zones.low):
         zone_count = frames.counts.shape[1]
         raise Refusal(f"{path}: hists has {zone_count} zones, but the table beside it has {len(zones.low)}")
     camera = camera_over(zones)
     times = tick_times_s(frames.reported.get("on_chip", {}).get("tick"))
-    views, geometry = scene(path, frames, camera)
+    views, geometry = scene(path, frames, camera, mesh)
     static = {
         "zone_grid": np.array(zones.grid),
         "bin_width_s": np.array(BIN_WIDTH_S),
@@ -63,9 +66,9 @@ def stream(path: Path) -> Stream:
     return Stream(static=static, frames=rows, count=len(frames.counts))
 
 
-def maps(path: Path) -> ResponseMaps:
+def maps(path: Path, zones_path: Path | None = None) -> ResponseMaps:
     """The zone table beside the file as response maps over the virtual image: 1 inside a zone, 0 outside."""
-    zones = read_zones(path.parent)
+    zones = read_zones(path, zones_path)
     camera = camera_over(zones)
     ys, xs = np.mgrid[: camera.size_px, : camera.size_px].reshape(2, -1)
     meta = {
@@ -83,13 +86,15 @@ def maps(path: Path) -> ResponseMaps:
     )
 
 
-def scene(path: Path, frames: Tmf8820Frames, camera: VirtualCamera) -> tuple[Iterator[Any], str]:
+def scene(
+    path: Path, frames: Tmf8820Frames, camera: VirtualCamera, mesh: Path | None = None
+) -> tuple[Iterator[Any], str]:
     """What the camera sees in each frame, depth and cosine of incidence, and in words what it looks at."""
     if frames.distance_m is not None:
         return plane(frames.distance_m, camera), "a plane at normal incidence, dist_to_plane away"
     if frames.pose is None:
         raise Refusal(f"{path}: frame 0 has neither pose nor dist_to_plane, expected one that places the scene")
-    mesh = mesh_beside(path)
+    mesh = mesh_beside(path) if mesh is None else mesh
     return seen(read_mesh(mesh), frames.pose, camera.rays), f"the mesh {mesh.name} seen from pose"
 
 

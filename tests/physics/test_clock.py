@@ -1,11 +1,14 @@
 """The lattice: exact where a bin holds a whole number of steps, within its bound where it does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from physics.clock import TOLERANCE, Clock, Lattice
+from physics.nominal import ForwardModel
 from physics.pulse import ImpulseResponse, tailed_pulse
 from recordings.refusal import Refusal
 
@@ -31,6 +34,27 @@ def test_other_steps_are_resampled_within_the_bound_that_is_stated(ratio, width)
     ours = np.interp(times, -edges[0] + np.arange(len(edges)) * lattice.step_s, lattice.cumulative)
     assert 2 * np.abs(ours - pulse.cumulative(times)).max() <= lattice.error + 1e-9
     assert lattice.error <= max(TOLERANCE, 2e-3 * probability.max() / probability.sum()) or lattice.per_bin >= 512
+
+
+@pytest.mark.parametrize("per_bin", [1, 3, 5, 16])
+def test_knots_can_be_asked_to_be_finer_and_the_response_stays(per_bin):
+    pulse = tailed_pulse(0.4e-9, 0.6e-9, 0.4e-9, 0.1, step_s=0.4e-9 / per_bin)
+    coarse, fine = (Lattice.of(pulse, 0.4e-9, 32, -1.0, least) for least in (1, 12))
+    assert coarse.per_bin == per_bin
+    assert fine.per_bin % per_bin == 0
+    assert 12 <= fine.per_bin < 12 + per_bin or per_bin == fine.per_bin == 16
+    ends = [-np.arange(len(lattice.cumulative))[::-1] * lattice.step_s for lattice in (coarse, fine)]
+    times = np.linspace(-8e-9, 0, 400)
+    read = [np.interp(times, end, lattice.cumulative) for end, lattice in zip(ends, (coarse, fine), strict=True)]
+    np.testing.assert_allclose(*read, atol=1e-6)
+
+
+def test_finer_knots_make_the_same_counts(small):
+    counts = [
+        ForwardModel(small.light, small.footprints, replace(small.clock, least_per_bin=least)).expected(1e3)
+        for least in (1, 50)
+    ]
+    np.testing.assert_allclose(counts[1], counts[0], atol=1e-9 * counts[0].max())
 
 
 def test_a_response_of_nothing_is_refused():

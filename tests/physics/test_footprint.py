@@ -5,11 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from scipy.interpolate import griddata
+from scipy.spatial import ConvexHull, Delaunay
 
 from physics.footprint import FootprintField, footprints
 from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
+
+
+@pytest.fixture
+def faint(maps):
+    """Maps that have fallen to nothing well before the scan ends."""
+    off = np.maximum(np.abs(maps.xs - 420) / 380, np.abs(maps.ys - 240) / 210)
+    return replace(maps, responses=maps.responses * (off < 0.7))
 
 
 def test_maps_are_read_as_griddata_does_and_divided_by_one_number(maps):
@@ -29,10 +39,88 @@ def test_a_full_size_image_of_another_size(maps):
     np.testing.assert_allclose(footprints(shifted, (12, 20)).weights, footprints(maps, (12, 20)).weights, atol=1e-9)
 
 
-def test_moved_footprints_are_read_elsewhere_on_the_same_scale(maps):
+def inside(maps, x, y):
+    """Where points are in the hull of the scan, by scipy's own triangles."""
+    return Delaunay(np.stack([maps.xs, maps.ys], axis=1)).find_simplex(np.stack([x, y], axis=-1)) >= 0
+
+
+@pytest.mark.parametrize(("x", "y"), [(848 / 80, 0), (-3 * 848 / 80, 20), (0.3, -71.7)])
+def test_moved_footprints_are_griddata_of_a_moved_scan(maps, x, y):
     still = footprints(maps, (48, 80))
-    moved = still.moved(848 / 80, 0).weights
-    np.testing.assert_allclose(moved[:, :, 1:], still.weights[:, :, :-1], atol=1e-9)
+    moved = still.moved(x, y).weights
+    at = (still.x_px, still.y_px)
+    read = np.stack([griddata((maps.xs + x, maps.ys + y), zone, at, fill_value=0) for zone in maps.by_zone])
+    # Where neither place is beyond the scan, where maps fade.
+    sure = inside(maps, *at) & inside(maps, still.x_px - x, still.y_px - y)
+    np.testing.assert_allclose(moved[:, sure], read[:, sure] / still.scale, atol=1e-9)
+
+
+def test_a_move_by_whole_pixels_rolls_weights(faint):
+    still = footprints(faint, (48, 80))
+    rolled = np.roll(still.weights, (3, -2), axis=(2, 1))
+    moved = still.moved(3 * 848 / 80, -20).weights
+    np.testing.assert_allclose(moved, rolled, atol=1e-6)
+    far = np.stack([still.x_px * 0, still.x_px * 0 + 3 * 848 / 80])
+    by_frame = still.moved(far, np.array([0, -20.0])[:, None, None]).weights
+    np.testing.assert_allclose(by_frame, [still.weights, rolled], atol=1e-6)
+
+
+def test_a_move_by_nothing_is_none(maps):
+    still = footprints(maps, (12, 20))
+    np.testing.assert_array_equal(still.moved(0, 0).weights, still.weights)
+    np.testing.assert_array_equal(still.moved(7, -3).moved(-7, 3).weights, still.weights)
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(x=st.floats(-150, 150), y=st.floats(-150, 150))
+def test_moves_are_continuous_though_the_scan_ends(maps, x, y):
+    still = footprints(maps, (12, 20))
+    change = still.moved(x + 1e-4, y - 1e-4).weights - still.moved(x, y).weights
+    # Within a reach of 54 px from full to nothing, and a few times steeper between two scan points.
+    assert np.abs(change).max() < 10 * 1e-4 / still.field.reach_px
+    assert still.moved(x, y).weights.min() >= 0
+
+
+def test_beyond_the_scan_the_nearest_response_fades(maps):
+    field = FootprintField(maps)
+    hull = ConvexHull(np.stack([maps.xs, maps.ys], axis=1))
+    edge = np.concatenate([np.linspace(*hull.points[pair], 4000) for pair in hull.simplices])
+    x, y = np.random.default_rng(3).uniform((-100, -100), (950, 580), (300, 2)).T
+    x, y = (a[~inside(maps, x, y)] for a in (x, y))
+    distance = np.hypot(x[:, None] - edge[:, 0], y[:, None] - edge[:, 1])
+    nearest = hull.points.mean(axis=0) + (edge[distance.argmin(axis=1)] - hull.points.mean(axis=0)) * (1 - 1e-9)
+    left = np.clip(1 - distance.min(axis=1) / field.reach_px, 0, None)
+    assert 0 < (left > 0).sum() < len(left)
+    np.testing.assert_allclose(field.faded(x, y), field(*nearest.T) * left, atol=1e-3 * maps.responses.max())
+
+
+def test_the_table_holds_image_and_scan(maps):
+    beside = replace(maps, xs=maps.xs + 200)
+    field = FootprintField(beside)
+    assert field.first == (0, 0)
+    assert field.table.shape == (4, 480, np.ceil(beside.xs.max()) + 1)
+    assert beside.xs.max() > 848
+    x, y = np.array([300, 901, 0]), np.array([200, 333, 479])
+    np.testing.assert_allclose(field.table[:, y, x], field.faded(x, y), rtol=1e-6, atol=1e-6)
+
+
+def test_drawings_add_where_footprints_have_moved(faint):
+    still = footprints(faint, (480, 848))
+    twice = still.redrawn(lambda table: 2 * table)
+    np.testing.assert_allclose(twice.weights, 2 * still.weights, atol=1e-6)
+    np.testing.assert_allclose(twice.moved(30, 7).weights, 2 * still.moved(30, 7).weights, atol=1e-6)
+    np.testing.assert_array_equal(still.redrawn(lambda table: table).weights, still.weights)
+    assert still.redrawn(lambda table: -table).weights.max() < 1e-6
+
+
+def test_the_depth_of_the_scan_is_that_of_the_maps_else_as_given(maps):
+    said = replace(maps, meta_json=json.dumps({"calibration_range_m": 0.4}))
+    assert footprints(said, (6, 10), 0.7).calibration_range_m == 0.4
+    assert footprints(maps, (6, 10), 0.7).calibration_range_m == 0.7
+    assert footprints(maps, (6, 10)).calibration_range_m == np.inf
+    for bad in ("near", True, 0, -1.0, float("nan")):
+        with pytest.raises(Refusal, match=r"calibration_range_m is .*, expected metres above 0"):
+            footprints(maps, (6, 10), bad)
 
 
 def test_changes_apply_in_order_and_survive_a_move(maps):

@@ -1,6 +1,7 @@
 """A simulated recording is Poisson around the nominal model of what it says it saw."""
 
 import json
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -72,6 +73,49 @@ def test_batches_do_not_show(nine, monkeypatch):
     pieces = simulate(views(), nine, sensor, np.random.default_rng(0), gain=30.0)[0].collect()
     np.testing.assert_array_equal(whole.counts, pieces.counts)
     assert [effect["id"] for effect in json.loads(whole.meta_json)["effects"]] == ["pile_up", "impulse_tail"]
+
+
+@pytest.mark.parametrize("lag", [0.23, -0.05, 2.0])
+def test_batches_do_not_show_where_an_effect_looks_at_other_frames(nine, monkeypatch, lag):
+    sensor = replace(preset("tmf8828-3x3-wide-long"), effects=(find_effect("time_lag").at(lag=lag),))
+    seen = []
+    for size in (40, 32, 7, 1):
+        monkeypatch.setattr("physics.simulate.BATCH_FRAMES", size)
+        seen.append(simulate(views(), nine, sensor, np.random.default_rng(0), gain=300.0)[0].collect())
+        np.testing.assert_array_equal(seen[-1].counts, seen[0].counts)
+    plain = simulate(views(), nine, replace(sensor, effects=()), np.random.default_rng(0), gain=300.0)[0].collect()
+    np.testing.assert_array_equal(seen[0].depth_m, plain.depth_m)
+    if lag == 2.0:
+        # Twenty frames later: what is seen there is what frames held at the end of the recording show.
+        later = np.clip(np.arange(40) + 20, 0, 39)
+        assert deviance(seen[0].counts.astype(float), nominal(plain, nine)[later]) == pytest.approx(1, abs=0.05)
+
+
+def test_frames_are_held_no_longer_than_an_effect_looks_back(nine, monkeypatch):
+    """Memory stays bounded: of 60 frames no more than a batch and its reach are alive at any time."""
+    monkeypatch.setattr("physics.simulate.BATCH_FRAMES", 4)
+    alive, most = weakref.WeakSet(), []
+
+    def each():
+        for view in views(60).views:
+            alive.add(view)
+            most.append(len(alive))
+            yield view
+
+    scene = replace(views(60), views=each())
+    sensor = replace(preset("tmf8828-3x3-wide-long"), effects=(find_effect("time_lag").at(lag=-0.25),))
+    for _ in simulate(scene, nine, sensor, np.random.default_rng(0), gain=9.0)[0].frames:
+        pass
+    # A batch that is read, the three before it that are looked at, the batch before.
+    assert max(most) <= 4 + 3 + 4 + 1
+
+
+def test_the_frame_at_fault_is_named_in_any_batch(nine, monkeypatch):
+    monkeypatch.setattr("physics.simulate.BATCH_FRAMES", 4)
+    bad = (replace(view, depth_m=-view.depth_m) if i == 9 else view for i, view in enumerate(views(12).views))
+    stream, _ = simulate(replace(views(12), views=bad), nine, preset("tmf8828-3x3-wide-long"), np.random.default_rng(0))
+    with pytest.raises(Refusal, match=r"depth_m\[9, 2, 0\] is -"):
+        stream.collect()
 
 
 def test_effects_and_gloss_are_in_the_counts_alone(nine):

@@ -24,9 +24,9 @@ class Zones:
     grid: tuple[int, int]
 
 
-def read_zones(folder: Path) -> Zones:
-    """The table `zone_spec.json` in a folder: `center` (x, y), `width` and `height` of each zone, radians."""
-    path = folder / NAME
+def read_zones(recording: Path, zones: Path | None = None) -> Zones:
+    """The table `zones`, or `zone_spec.json` beside a recording: `center` (x, y), `width`, `height`, radians."""
+    path = recording.parent / NAME if zones is None else zones
     if not path.is_file():
         raise Refusal(f"{path} is missing, expected the zone table beside the recording")
     table = read_json(path)

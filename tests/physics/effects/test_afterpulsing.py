@@ -29,7 +29,7 @@ def test_events_drawn_one_by_one_agree():
     assert (np.abs(drawn - expected) < 5 * np.sqrt(expected) + 1e-9).all()
 
 
-@given(probability=st.floats(0, 1), tau=st.floats(1e-10, 1e-8))
+@given(probability=st.floats(0, 1), tau=st.floats(1e-9, 1e-8))
 def test_one_pulse_is_followed_by_a_geometric_series(probability, tau):
     counts = np.zeros(4000)
     counts[7] = 1000

@@ -55,11 +55,12 @@ class TestEveryEffect:
         assert before < 1e-2 * nominal.max()
 
     def test_derivatives_add_up_to_the_change(self, name, model):
-        """The fundamental theorem of calculus, through the kinks that counts have in arrival times: knots, triangles."""
-        start = find_effect(name).at()
-        for parameter in start.effect.parameters:
+        """The fundamental theorem of calculus, through the kinks that counts have: knots of time, triangles of maps."""
+        for parameter in find_effect(name).parameters:
+            form = next((f for f in find_effect(name).forms if parameter.name in f), ())
+            start = find_effect(name).at(**{n: find_effect(name).parameter(n).start for n in form})
 
-            def at(there, parameter=parameter):
+            def at(there, parameter=parameter, start=start):
                 return model.expected(GAIN, [start.with_value(parameter.name, there)])
 
             size = 0.3 * abs(parameter.start) or 1e-2 * (parameter.high - parameter.low)
@@ -73,7 +74,9 @@ class TestEveryEffect:
     def test_each_zone_may_have_its_own_where_it_says_so(self, name, model):
         effect = find_effect(name)
         for parameter in effect.parameters:
-            if not parameter.by_zone:
+            if parameter.axis == "bin":
+                continue
+            if parameter.axis != "zone":
                 with pytest.raises(Refusal, match="expected one number"):
                     effect.at(**{parameter.name: [parameter.start] * 4})
                 continue

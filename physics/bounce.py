@@ -1,0 +1,120 @@
+"""Light that bounces twice between surfaces that a frame shows.
+
+In the nominal model a pixel's strength, ρ·cosθ/r², is the light its surface sends out by area (its radiosity) over the
+radiant intensity I of the source. Whatever else lights the surface adds to it: the rendering equation of Kajiya 1986,
+expanded to the second bounce. A pixel of solid angle ΔΩ catches I·ΔΩ, however its surface is tilted, and a matt one
+sends on ρ of it. Of that, surface j at distance d from surface i, under angles φ_i and φ_j to the normals, gets by area
+
+    E_j / I = ρ_i · ΔΩ_i · cosφ_i · cosφ_j / (π d² + A_i)
+
+so that j's strength by way of i is ρ_j · E_j / I, and it arrives (r_i + d + r_j) / c after time zero (as in Velten et
+al. 2012), in the zones that see j. A_i keeps surfaces that touch from exchanging more than there is: the form factor of
+a disc (Wallace, Elmquist and Haines 1989).
+
+The sums run over patches instead of pixels: the image in at most `CELLS` cells, each cell in two at its mean range, so
+that the two sides of an edge do not mix. The source lights all of the image alike and nothing beyond it. What
+stands between two patches is not looked for: all that face each other exchange light.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.constants import speed_of_light
+
+from physics.arrivals import _splat
+from physics.clock import Clock
+from physics.footprint import Footprints
+from physics.light import Light
+from physics.normals import solid_angles, vector_areas
+from physics.workers import in_parallel
+
+CELLS = 400
+OUTSIDE = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """N pieces of a frame's surfaces, in the camera's frame.
+
+    label: (H, W) which patch a pixel is of, `OUTSIDE` where of none. point_m, normal: (N, 3). area_m2: (N,).
+    sent_sr: (N,) ρ·ΔΩ summed over pixels, what the patch sends on of a source of intensity 1.
+    """
+
+    label: np.ndarray
+    point_m: np.ndarray
+    normal: np.ndarray
+    area_m2: np.ndarray
+    sent_sr: np.ndarray
+
+
+def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
+    """(F, P, J) light by knot of the clock's lattice, pixels · 1/m², that bounced between two visible surfaces."""
+    lattice, seen = clock.lattice, footprints.seen
+    zones = seen[0][1].shape[1]
+    offset = (np.broadcast_to(clock.time_zero_s, (light.frames, zones)) - lattice.first_s) / lattice.step_s
+    out = np.zeros((light.frames, zones, lattice.size))
+
+    def one(i: int) -> None:
+        made = patches(light, i)
+        pixels, weights = seen[i % len(seen)]
+        label = made.label.ravel()[pixels]
+        inside = label != OUTSIDE
+        received = weights[inside] * light.reflectance[i].ravel()[pixels[inside], None]
+        response = np.stack([np.bincount(label[inside], zone, len(made.area_m2)) for zone in received.T], axis=1)
+        geometry = made.point_m, made.normal, made.area_m2, made.sent_sr
+        _exchange(*geometry, response, offset[i], 2 / speed_of_light / lattice.step_s, out[i])
+
+    in_parallel(one, range(light.frames))
+    return out
+
+
+def patches(light: Light, frame: int) -> Patches:
+    """The patches of one frame: of pixels that return light directly and whose slope is known."""
+    height, width = light.range_m.shape[1:]
+    scale = min(1.0, np.sqrt(CELLS / (height * width)))
+    rows, columns = max(1, int(height * scale)), max(1, int(width * scale))
+    cell = np.arange(height)[:, None] * rows // height * columns + np.arange(width) * columns // width
+    vector, solid = vector_areas(light, frame), solid_angles(light)
+    lit = np.isfinite(vector[..., 0]) & (light.returns[0].strength[frame] > 0)
+    cell, vector, solid = cell[lit], vector[lit], solid[lit]
+    ranges, reflectance, rays = light.range_m[frame][lit].astype(float), light.reflectance[frame][lit], light.rays[lit]
+
+    def mean(values: np.ndarray, group: np.ndarray, count: int) -> np.ndarray:
+        return np.bincount(group, values * solid, count) / np.maximum(np.bincount(group, solid, count), 1e-300)
+
+    middle = mean(ranges, cell, rows * columns)
+    # Groups that hold a pixel, numbered in order.
+    held, group = np.unique(2 * cell + (ranges > middle[cell]), return_inverse=True)
+    count = len(held)
+    points = (ranges / np.linalg.norm(rays, axis=-1))[:, None] * rays
+    area = np.stack([np.bincount(group, axis, count) for axis in vector.T], axis=1)
+    size = np.linalg.norm(area, axis=-1)
+    label = np.full((height, width), OUTSIDE)
+    label[lit] = group
+    return Patches(
+        label,
+        np.stack([mean(axis, group, count) for axis in points.T], axis=1),
+        area / np.maximum(size, 1e-300)[:, None],
+        size,
+        np.bincount(group, reflectance * solid, count),
+    )
+
+
+@njit(nogil=True, cache=True)
+def _exchange(point, normal, area, sent, response, offset, per_metre, out):
+    """Add what N patches get of one another, by their response (N, P), to (P, J) knots."""
+    count = area.size
+    every, half_path, strength = np.arange(count), np.zeros(count), np.empty(count)
+    from_sensor = np.sqrt((point**2).sum(axis=1))
+    for i in range(count):
+        for j in range(count):
+            x, y, z = point[j, 0] - point[i, 0], point[j, 1] - point[i, 1], point[j, 2] - point[i, 2]
+            square = x * x + y * y + z * z
+            leaving = normal[i, 0] * x + normal[i, 1] * y + normal[i, 2] * z
+            coming = -(normal[j, 0] * x + normal[j, 1] * y + normal[j, 2] * z)
+            strength[j] = 0.0
+            if leaving > 0 and coming > 0:
+                strength[j] = sent[i] * leaving * coming / square / (np.pi * square + area[i])
+                half_path[j] = (from_sensor[i] + np.sqrt(square) + from_sensor[j]) / 2
+        _splat(half_path, strength, every, response, offset, per_metre, out)

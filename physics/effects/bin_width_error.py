@@ -1,0 +1,79 @@
+"""`bin_width_error`: the clock that makes the bins runs slow or fast."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.clock import MOST_STEPS_PER_BIN, Clock
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.pulse import ImpulseResponse
+from physics.rendering import Rendering
+
+LARGEST = 0.1
+# What any one bin's share of a pulse may be off by; five times as near costs five times the knots, in every fit.
+TOLERANCE = 5e-4
+
+
+class BinWidthError(Effect):
+    """Bins are bin_width · (1 + error) wide: what truly takes t is registered after t / (bin_width · (1 + error)) bins.
+
+    Time zero was measured in bins, by the same clock: a target at range 0 stays in its bin, all others come nearer by
+    the factor 1 / (1 + error). The laser's pulse lasts as many seconds as before, hence fewer bins by the same factor.
+    Background is counts per bin as this clock recorded them: unchanged.
+    """
+
+    id = "bin_width_error"
+    acts_on = "time"
+    order = -2  # What other effects on time say is in true seconds.
+    sentence = "The sensor's clock is slow or fast, so that all its bins are wider or narrower than assumed."
+    look_alikes = (
+        LookAlike("time_zero_offset", "Step the target in range: an offset stays, an error of the clock grows."),
+        LookAlike("range_walk", "Step the range with white and black targets: the clock's error is the same for both."),
+        LookAlike(
+            "bin_nonlinearity", "Look at a flat pedestal: unequal bins print their pattern on it, a clock does not."
+        ),
+        LookAlike("impulse_width", "Step the target in range: a wider pulse stays where it is."),
+    )
+    parameters = (
+        # Makers state 3 % for such sensors before correction.
+        Parameter(
+            "error",
+            unit="1",
+            low=-LARGEST,
+            high=LARGEST,
+            start=0.01,
+            vanishes_at=0.0,
+            sentence="By what part bins are wider than assumed, narrower where negative.",
+        ),
+    )
+
+    def clock(self, values: Values, rendering: Rendering) -> Clock:
+        """The clock with bins that wide."""
+        clock, scale = rendering.clock, 1 + values["error"]
+        if scale == 1:
+            return clock
+        return replace(
+            clock,
+            bin_width_s=clock.bin_width_s * scale,
+            time_zero_s=np.asarray(clock.time_zero_s) * scale,
+            pulse=_in_steps_of(clock.pulse, scale, clock.bin_width_s),
+        )
+
+
+def _in_steps_of(pulse: ImpulseResponse, scale: float, bin_width_s: float) -> ImpulseResponse:
+    """The same pulse on steps that are `scale` times as wide, or an even part of that: bins of whole steps stay so.
+
+    Its cumulative, linear within a step, is read at the new edges. Between two of them it can be off by the kink there
+    times a quarter of their distance; a bin has two ends. How many parts a step is cut into does not depend on the
+    scale, so that counts are continuous in it.
+    """
+    kink = float(np.abs(np.diff(pulse.probability, prepend=0, append=0)).max())
+    parts = int(np.ceil(2 * kink * (1 + LARGEST) / 4 / TOLERANCE))
+    parts = max(1, min(parts, int(MOST_STEPS_PER_BIN * pulse.step_s / bin_width_s)))
+    width = pulse.step_s * scale / parts
+    length = pulse.edges[-1] - pulse.edges[0]
+    edges = pulse.edges[0] + width * np.arange(np.ceil(length / width) + 1)
+    return ImpulseResponse((edges[1:] + edges[:-1]) / 2, np.diff(pulse.cumulative(edges)))
+
+
+effect = BinWidthError()

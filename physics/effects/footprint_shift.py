@@ -1,0 +1,45 @@
+"""`footprint_shift`: zones look beside where their maps say."""
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.footprint import Footprints
+from physics.rendering import Rendering
+
+
+class FootprintShift(Effect):
+    """All maps are displaced in the image by one vector, the same at every range: a zone weighs u with w(u − shift).
+
+    The mount has tilted since the scan, or image and scan disagree on where a pixel is.
+    """
+
+    id = "footprint_shift"
+    acts_on = "optics"
+    sentence = "The maps of all zones are displaced in the image by the same number of pixels."
+    look_alikes = (
+        LookAlike("parallax", "Step the target in range: a shift stays, parallax goes with 1 / depth."),
+        LookAlike(
+            "footprint_blur",
+            "Let an edge enter the field from either side: a shift is early on one, late on the other.",
+        ),
+        LookAlike("time_lag", "Hold sensor and scene still: a shift stays, a lag goes."),
+        LookAlike("mirrored_zones", "Light one corner alone: after a shift its own zone still answers."),
+    )
+    parameters = tuple(
+        # A choice: about half the side of the patch that a scan moves, which is what a careless mount gives.
+        Parameter(
+            axis,
+            unit="px",
+            low=-100.0,
+            high=100.0,
+            start=6.0,
+            vanishes_at=0.0,
+            sentence=f"How far to the {side}, in pixels of the full-size image.",
+        )
+        for axis, side in (("x", "right"), ("y", "bottom"))
+    )
+
+    def footprints(self, values: Values, rendering: Rendering) -> Footprints:
+        """All footprints, moved."""
+        return rendering.footprints.moved(values["x"], values["y"])
+
+
+effect = FootprintShift()

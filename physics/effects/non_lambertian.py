@@ -1,0 +1,82 @@
+"""`non_lambertian`: surfaces send more light, or less, back along the ray it came by than matt ones would."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.light import Light
+from physics.rendering import Rendering
+
+
+class NonLambertian(Effect):
+    """A surface of reflectance ρ at range r returns ρ/r² · (cosθ^(1 + power) + lobe · cosθ^exponent) where cosθ > 0.
+
+    The lobe is that of Blinn (SIGGRAPH 1977, "Models of light reflection for computer synthesized pictures"),
+    k_s · (N·H)^c with H halfway between the directions to source and eye. Here both are the sensor, so that H is the
+    ray itself and N·H = cosθ. As in his sum of terms the lobe is not multiplied by the cosine of the light that falls
+    in: `lobe` is how many times as bright as the matt part it is at normal incidence, and exponent 0 is a
+    retroreflector as bright at every incidence. A lobe below 0 is light that a surface sends elsewhere from where a
+    matt one would send it back; nothing sends back less than none. Another power of the cosine is a surface that is
+    matt, but rough or porous: Minnaert's (1941, Astrophys. J. 93, 403) (cosθ_in · cosθ_out)^k / cosθ_out, both angles
+    equal, is cosθ^(2k - 1), so that k is 1 + power/2; power -1, k = ½, is the moon, as bright at its rim as amid.
+    Energy is not kept: what goes elsewhere is never seen from here.
+    """
+
+    id = "non_lambertian"
+    acts_on = "scene"
+    order = -2  # The lobe goes with reflectance, and is there before light takes further ways.
+    sentence = "Surfaces that are glossy, retroreflective or rough change with incidence otherwise than matt ones."
+    look_alikes = (
+        LookAlike("reflectance_map", "Tilt one surface: a lobe changes with the angle, reflectance does not."),
+        LookAlike("range_falloff", "Tilt one surface at a fixed range: only a lobe changes."),
+        LookAlike("multipath", "Take away everything but the one surface: its lobe stays, a second bounce goes."),
+    )
+    forms = (("lobe", "exponent"), ("power",))
+    parameters = (
+        Parameter(
+            "lobe",
+            unit="1",
+            low=-1.0,
+            high=100.0,
+            start=0.5,
+            vanishes_at=0.0,
+            sentence="Light of the lobe over matt light, at normal incidence; less than matt where negative.",
+        ),
+        Parameter(
+            "exponent",
+            unit="1",
+            low=0.0,
+            high=500.0,
+            start=20.0,
+            tries=(4.0, 60.0),
+            sentence="How narrow the lobe is: half of it is left at 15 degrees for 20, at 7 degrees for 100.",
+        ),
+        Parameter(
+            "power",
+            unit="1",
+            low=-1.0,
+            high=5.0,
+            start=0.3,
+            vanishes_at=0.0,
+            sentence="By how much the power of the cosine is above that of a matt surface, which is 1.",
+        ),
+    )
+
+    def light(self, values: Values, rendering: Rendering) -> Light:
+        """The lobe, added to what surfaces send back directly."""
+        light = rendering.light
+        if values["lobe"] == 0 and values["power"] == 0:
+            return light
+        direct, *others = light.returns
+        # What sends nothing back, is turned away or is unknown has no lobe either.
+        lit = (direct.strength > 0) & (light.cosine > 0)
+        cosine = np.where(lit, light.cosine, 1).astype(float)
+        # Strength over the cosine is ρ/r²; by way of the logarithm, so that no power overflows where cosθ is tiny.
+        log = np.log(cosine)
+        more = np.exp(values["power"] * log) + values["lobe"] * np.exp((values["exponent"] - 1) * log)
+        strength = np.where(lit, direct.strength * np.maximum(more, 0), direct.strength).astype(np.float32)
+        return replace(light, returns=(replace(direct, strength=strength), *others))
+
+
+effect = NonLambertian()

@@ -1,0 +1,57 @@
+"""`parallax`: the LiDAR is not where the camera is, so that footprints move with depth."""
+
+import numpy as np
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.footprint import Footprints
+from physics.rendering import Rendering
+
+
+class Parallax(Effect):
+    """A zone looks along rays from the LiDAR, at b = (x, y, 0) in the camera's frame, not from the camera.
+
+    The scan saw the ray to X − b where it met the plane at z_cal: at b + (X − b)·z_cal/z, z the depth of X, hence
+    beside the image u of X by K·b·(1/z_cal − 1/z). A pixel is weighed with the map there, that is, footprints move by
+    f·b·(1/z − 1/z_cal), the disparity of a stereo pair (Hartley & Zisserman, Multiple View Geometry, 2nd ed., §9 and
+    §11.12, for cameras with parallel axes) less its value in the scan. Where the depth of the scan is not known it is
+    taken to have been far away. z is that of the surface lit directly, for every way light takes from a pixel.
+    Surfaces that the LiDAR sees and the camera does not, or the other way round, are not followed.
+    """
+
+    id = "parallax"
+    acts_on = "optics"
+    sentence = "LiDAR and camera are side by side: footprints move in the image, more for near surfaces."
+    look_alikes = (
+        LookAlike("footprint_shift", "Step the target in range: parallax goes with 1 / depth, a shift stays."),
+        LookAlike("time_lag", "Hold sensor and scene still: parallax stays, a lag goes."),
+        LookAlike("range_falloff", "Face a wide, even wall: falloff shows, parallax moves nothing that differs."),
+    )
+    parameters = tuple(
+        # A choice: chips and lenses of a shared mount are a few centimetres apart, known to within one.
+        Parameter(
+            axis,
+            unit="m",
+            low=-0.1,
+            high=0.1,
+            start=0.01,
+            vanishes_at=0.0,
+            sentence=f"How far the LiDAR is from the camera, towards the image's {side}.",
+        )
+        for axis, side in (("x", "right"), ("y", "bottom"))
+    )
+
+    def footprints(self, values: Values, rendering: Rendering) -> Footprints:
+        """Footprints, moved in every frame and pixel by what its depth says."""
+        light, where = rendering.light, rendering.footprints
+        height, width = light.range_m.shape[1:]
+        full_width, full_height = where.field.full_size
+        known = np.isfinite(light.range_m) & (light.range_m > 0)
+        ranges = np.where(known, light.range_m, 1).astype(float)
+        nearer = np.linalg.norm(light.rays, axis=-1) / ranges - 1 / where.calibration_range_m
+        # Pixels of unknown depth send no light.
+        nearer = np.where(known, nearer, 0)
+        x, y = light.intrinsics[:2, :2] @ np.array([values["x"], values["y"]])
+        return where.moved(x * full_width / width * nearer, y * full_height / height * nearer)
+
+
+effect = Parallax()

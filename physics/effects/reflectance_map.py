@@ -1,0 +1,144 @@
+"""`reflectance_map`: surfaces reflect the near infrared otherwise than was assumed."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import expit
+
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.light import Light
+from physics.rendering import Rendering
+
+# The reflectance that contrast leaves as it is. One number for all scenes, so that frames do not depend on each other;
+# which one does not matter where a gain is fitted.
+MIDDLE = 0.5
+# Width of the edge of what is "dark", in log reflectance: 10 % of the way to the other side at ±22 % of `level`.
+EDGE = 0.1
+
+# The texture's terms of first and second order.
+TEXTURE = ("slope_x", "slope_y", "bow_x", "bow_y", "bow_xy")
+
+
+class ReflectanceMap(Effect):
+    """Reflectance ρ becomes ρ · (ρ/½)^contrast · exp(step · s(ln(level/ρ)/0.1) + spot · exp(-d²/2·size²) + texture).
+
+    s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
+    slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y of these tangents: what varies slowly over the view, as the
+    finish of one large wall does that is seen from one place. Contrast stands
+    for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and bright in the
+    near infrared (or the reverse), the spot for what the field of view itself carries: dirt, vignetting, a label.
+    Nothing is cut at 1: reflectance is known up to the gain, and a surface that sends light back to where it came from
+    outshines a white matt one. Where none is assumed it is 1 everywhere: then contrast is a gain, the step nothing
+    unless `level` is near 1, and the spot the same as ever.
+    """
+
+    id = "reflectance_map"
+    acts_on = "scene"
+    order = -3  # All that surfaces send back, by whatever way and shape of lobe, goes with their reflectance.
+    sentence = "Surfaces reflect more or less near infrared than was assumed, whatever their range."
+    look_alikes = (
+        LookAlike("zone_gain", "Turn the sensor about its axis: reflectance stays with the surface, a gain does not."),
+        LookAlike("non_lambertian", "Tilt one surface: only a lobe changes with the angle."),
+        LookAlike("gain_drift", "Look at one surface again at the end: reflectance is what it was, a drift is not."),
+        LookAlike("range_falloff", "Step one target in range: its reflectance is the same at all ranges."),
+    )
+    forms = (("contrast",), ("step", "level"), ("spot", "spot_x", "spot_y", "spot_size"), TEXTURE)
+    parameters = (
+        Parameter(
+            "contrast",
+            unit="1",
+            low=-1.0,
+            high=5.0,
+            start=0.3,
+            vanishes_at=0.0,
+            sentence="Exponent by which contrasts are stronger than assumed; -1 makes all surfaces alike.",
+        ),
+        Parameter(
+            "step",
+            unit="1",
+            low=-5.0,
+            high=5.0,
+            start=0.5,
+            vanishes_at=0.0,
+            sentence="Natural logarithm of the factor on surfaces darker than `level`.",
+        ),
+        Parameter(
+            "level",
+            unit="1",
+            low=0.01,
+            high=1.0,
+            start=0.4,
+            tries=(0.2, 0.5),
+            sentence="Assumed reflectance at which the step lies.",
+        ),
+        Parameter(
+            "spot",
+            unit="1",
+            low=-5.0,
+            high=5.0,
+            start=0.5,
+            vanishes_at=0.0,
+            sentence="Natural logarithm of the factor at the middle of a spot that is fixed in the field of view.",
+        ),
+        # Tries are the quarters of such a sensor's field of view.
+        Parameter(
+            "spot_x",
+            unit="1",
+            low=-3.0,
+            high=3.0,
+            start=0.1,
+            tries=(-0.2, 0.2),
+            sentence="Tangent x/z of the spot's middle.",
+        ),
+        Parameter(
+            "spot_y",
+            unit="1",
+            low=-3.0,
+            high=3.0,
+            start=0.1,
+            tries=(-0.15, 0.15),
+            sentence="Tangent y/z of the spot's middle.",
+        ),
+        Parameter(
+            "spot_size",
+            unit="1",
+            low=0.01,
+            high=3.0,
+            start=0.2,
+            tries=(0.08, 0.25),
+            sentence="Standard deviation of the spot, as a tangent.",
+        ),
+        Parameter("slope_x", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per unit of the tangent x/z: brighter to the right.", vanishes_at=0.0),
+        Parameter("slope_y", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per unit of the tangent y/z: brighter at the bottom.", vanishes_at=0.0),
+        Parameter("bow_x", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per square of the tangent x/z.", vanishes_at=0.0),
+        Parameter("bow_y", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per square of the tangent y/z.", vanishes_at=0.0),
+        Parameter("bow_xy", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per product of the tangents x/z and y/z.", vanishes_at=0.0),
+    )
+
+    def light(self, values: Values, rendering: Rendering) -> Light:
+        """Reflectance and the strength of what surfaces send back directly, times one factor by pixel."""
+        light = rendering.light
+        factor = np.exp(_log_factor(values, light))
+        direct, *others = light.returns
+        lit = replace(direct, strength=(direct.strength * factor).astype(np.float32))
+        return replace(light, reflectance=(light.reflectance * factor).astype(np.float32), returns=(lit, *others))
+
+
+def _log_factor(values: Values, light: Light) -> np.ndarray:
+    """Logarithm of the factor, (F, H, W) or what broadcasts to it; 0 where nothing is reflected or known."""
+    log_factor = np.zeros(())
+    if values["spot"] != 0:
+        x, y = light.rays[..., 0] - values["spot_x"], light.rays[..., 1] - values["spot_y"]
+        log_factor = values["spot"] * np.exp(-(x**2 + y**2) / (2 * values["spot_size"] ** 2))
+    if any(values[name] != 0 for name in TEXTURE):
+        x, y = light.rays[..., 0], light.rays[..., 1]
+        terms = zip(TEXTURE, (x, y, x**2, y**2, x * y), strict=True)
+        log_factor = log_factor + sum(values[name] * term for name, term in terms)
+    if values["contrast"] != 0 or values["step"] != 0:
+        log = np.log(np.where(light.reflectance > 0, light.reflectance, MIDDLE).astype(float))
+        log_factor = log_factor + values["contrast"] * (log - np.log(MIDDLE))
+        log_factor = log_factor + values["step"] * expit((np.log(values["level"]) - log) / EDGE)
+    return log_factor
+
+
+effect = ReflectanceMap()

@@ -1,0 +1,62 @@
+"""What the scene sends back between the times of its frames."""
+
+from dataclasses import replace
+
+import numpy as np
+from numba import njit
+
+from physics.light import Light, Return
+from physics.workers import in_parallel
+from recordings.refusal import Refusal
+
+
+def light_at(light: Light, time_s: np.ndarray) -> Light:
+    """The light at `time_s` (F,), seconds as in `light.time_s`: pixel by pixel linear between the frames around it.
+
+    Before the first frame and after the last it is theirs. Where a value is known in one of the two frames alone it is
+    that one's; strength, which is 0 where nothing is known, still rises or fades in between, so that light is
+    continuous in time. `time_s` and `laser_cycles` of the frames stay.
+    """
+    lower, upper, part = _around(np.asarray(light.time_s, float), np.asarray(time_s, float))
+    made: dict[int, np.ndarray] = {}
+
+    def between(values: np.ndarray, least: float) -> np.ndarray:
+        if id(values) not in made:
+            out = np.empty_like(values)
+            in_parallel(lambda i: _mix(values[lower[i]], values[upper[i]], part[i], least, out[i]), range(len(out)))
+            made[id(values)] = out
+        return made[id(values)]
+
+    returns = tuple(Return(between(way.range_m, 0), between(way.strength, -np.inf)) for way in light.returns)
+    ranges = between(light.range_m, 0)
+    albedo, cosine = between(light.reflectance, -np.inf), between(light.cosine, -np.inf)
+    missing = np.count_nonzero(~(ranges > 0) | np.isnan(albedo) | np.isnan(cosine), axis=(1, 2))
+    return replace(light, range_m=ranges, reflectance=albedo, cosine=cosine, returns=returns, missing=missing)
+
+
+def _around(frames_s: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(N,) each: the frames before and after each time, and how much of the second there is, 0 to 1."""
+    back = np.flatnonzero(np.diff(frames_s) < 0)
+    if len(back):
+        i = int(back[0]) + 1
+        raise Refusal(f"time_s[{i}] is {frames_s[i]:g}, expected {frames_s[i - 1]:g} or later as frames go by time")
+    last = len(frames_s) - 1
+    lower = np.clip(np.searchsorted(frames_s, time_s, side="right") - 1, 0, last)
+    upper = np.minimum(lower + 1, last)
+    span = frames_s[upper] - frames_s[lower]
+    part = np.clip((time_s - frames_s[lower]) / np.where(span > 0, span, 1), 0, 1)
+    return lower, upper, np.where(upper > lower, part, 0.0)
+
+
+@njit(nogil=True, cache=True)
+def _mix(before, after, part, least, out):
+    """Fill (H, W) `out` with the mean of two frames; what is NaN, or not above `least`, is unknown."""
+    for v in range(out.shape[0]):
+        for u in range(out.shape[1]):
+            a, b = before[v, u], after[v, u]
+            if part == 0 or not b > least:
+                out[v, u] = a if part == 0 or a > least else b
+            elif not a > least:
+                out[v, u] = b
+            else:
+                out[v, u] = (1 - part) * a + part * b

@@ -1,0 +1,18 @@
+"""`afterpulsing`: an event traps carriers that set off another."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.draw import in_window
+from physics.single_photons.world import NO_PIXEL, Photons, World
+
+
+def detected(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Some events are followed by one more in the same channel and shot, after the rest of their bin, the hold-off and a while."""
+    trapped = in_window(photons, world) & (rng.random(len(photons)) < values["probability"])
+    events = photons.only(trapped)
+    alive_s = (np.floor(events.time_s / world.bin_width_s) + 1) * world.bin_width_s
+    released_s = alive_s + values["dead"] + rng.exponential(values["tau"], len(events))
+    return photons.and_also(replace(events, time_s=released_s, pixel=np.full_like(events.pixel, NO_PIXEL)))

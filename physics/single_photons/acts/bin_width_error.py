@@ -1,0 +1,14 @@
+"""`bin_width_error`: photons are sorted into bins that are wider or narrower than is thought."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.world import World
+
+
+def world(world: World, values: Values, rng: np.random.Generator) -> World:
+    """Photons fly and wait as ever. The clock's ticks are longer, and time zero is a number of them."""
+    longer = 1 + values["error"]
+    return replace(world, bin_width_s=world.bin_width_s * longer, time_zero_s=world.time_zero_s * longer)

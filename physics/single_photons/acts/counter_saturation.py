@@ -1,0 +1,12 @@
+"""`counter_saturation`: a counter that is full stops."""
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.world import World
+
+
+def counted(counts: np.ndarray, world: World, values: Values, rng: np.random.Generator) -> np.ndarray:
+    """Of the counts beyond the ceiling each is lost, with the probability `lost`."""
+    beyond = np.maximum(counts - int(values["ceiling"]), 0)
+    return counts - rng.binomial(beyond, values["lost"])

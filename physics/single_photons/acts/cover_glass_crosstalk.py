@@ -1,0 +1,16 @@
+"""`cover_glass_crosstalk`: photons that only ever see the inside of the package."""
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.draw import by_zone, pulse_from_elsewhere
+from physics.single_photons.world import Photons, World
+from recordings.refusal import Refusal
+
+
+def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Each shot sends so many to each zone, with its own delay after time zero."""
+    if world.laser_cycles is None:
+        raise Refusal("cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame")
+    counts = by_zone(world, values["share"]) * world.laser_cycles * world.boost
+    return photons.and_also(pulse_from_elsewhere(world, counts, world.time_zero_s + values["delay"], rng))

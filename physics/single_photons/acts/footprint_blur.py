@@ -1,0 +1,53 @@
+"""`footprint_blur`: photons stray a little before a zone's map decides on them."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from scipy.ndimage import correlate1d
+from scipy.stats import skellam
+
+from physics.effect import Values
+from physics.single_photons.looking import looking, looking_so, table
+from physics.single_photons.world import World
+from recordings.maps import ResponseMaps
+
+# Of a walk's ends, those of less probability than this on either side are left out.
+REST = 1e-9
+
+
+def world(world: World, values: Values, rng: np.random.Generator) -> World:
+    """A pixel's photons are seen with the map's mean over the ends of their walks."""
+    if values["variance"] == 0:
+        return world
+    how = looking(world)
+    return looking_so(world, replace(how, redrawn=redrawn(how.taken, values["variance"])))
+
+
+@lru_cache(maxsize=2)
+def redrawn(maps: ResponseMaps, variance_px2: float) -> np.ndarray:
+    """(P, Y, X) table of maps after walks of this variance; sharpened to first order where it is negative."""
+    _, _, counts = table(maps)
+    return strayed(counts, variance_px2) if variance_px2 > 0 else sharpened(counts, -variance_px2)
+
+
+def sharpened(counts: np.ndarray, variance_px2: float) -> np.ndarray:
+    """(P, Y, X) counts, farther by their change under walks of this variance; none below 0, sums as they were."""
+    sharp = np.clip(counts - (strayed(counts, variance_px2) - counts), 0, None)
+    kept = counts.sum(axis=(1, 2), dtype=float) / np.maximum(sharp.sum(axis=(1, 2)), np.finfo(float).tiny)
+    return sharp * kept[:, None, None]
+
+
+def strayed(counts: np.ndarray, variance_px2: float) -> np.ndarray:
+    """(P, Y, X) means of counts at the ends of walks, which have this variance along each axis.
+
+    A photon steps to the pixel on its right or left at random times, each direction as often: it ends where the
+    difference of two Poisson numbers says, which has the variance of their sum (Skellam, J. R. Stat. Soc. 109, 1946,
+    296). At the edge of the table it turns back, as if there was a mirror.
+    """
+    walk = variance_px2 / 2
+    reach = max(1, int(skellam.isf(REST, walk, walk)) + 1)
+    ends = skellam.pmf(np.arange(-reach, reach + 1), walk, walk)
+    ends /= ends.sum()
+    down = correlate1d(counts.astype(float), ends, axis=1, mode="reflect")
+    return correlate1d(down, ends, axis=2, mode="reflect")

@@ -1,0 +1,21 @@
+"""`impulse_width`: photons scatter more widely about the mean time of the pulse."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.world import Photons, World
+
+
+def world(world: World, values: Values, rng: np.random.Generator) -> World:
+    """The same steps of the pulse, each as much farther from the mean and as much wider."""
+    mean = np.average(world.pulse_time_s, weights=world.pulse)
+    return replace(world, pulse_time_s=mean + (1 + values["broader"]) * (world.pulse_time_s - mean))
+
+
+def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Each photon that a laser sent has a delay of its own beside that of the pulse."""
+    if values["jitter"] == 0:
+        return photons
+    return replace(photons, time_s=photons.time_s + rng.normal(0.0, values["jitter"], len(photons)))

@@ -1,0 +1,48 @@
+"""`parallax`: photons return to the LiDAR, which is beside the camera."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.looking import looking, looking_so
+from physics.single_photons.sight import pixel_places
+from physics.single_photons.world import World
+from recordings.refusal import Refusal
+
+
+def world(world: World, values: Values, rng: np.random.Generator) -> World:
+    """Zones that look from beside the camera at whatever geometry the world comes to have."""
+    lidar, how = np.array([values["x"], values["y"], 0.0]), looking(world)
+    return looking_so(world, replace(how, ways=(*how.ways, partial(beside, lidar_m=lidar))))
+
+
+def beside(world: World, lidar_m: np.ndarray) -> np.ndarray:
+    """(2, H, W) from each pixel to where in the full-size image the zones' maps are of use for it.
+
+    Its point is seen from the LiDAR, and the ray followed to where the scan met it: there its zone was measured. The
+    scan's patch was in the plane at the depth that the maps state; where they state none it was so far away that a
+    ray's direction is all there is to it. The camera saw it at the place whose weights count.
+    """
+    points = world.points
+    known = np.isfinite(points).all(axis=-1) & (points[..., 2] > 0)
+    points = np.where(known[..., None], points, 1.0)
+    ray = points - lidar_m
+    depth = calibration_depth(world)
+    met = ray if np.isinf(depth) else lidar_m + ray * (depth / ray[..., 2:])
+    column, row, far = np.moveaxis(met @ world.intrinsics.T, -1, 0)
+    width, height = world.maps.image_size
+    rows, columns = world.depth_m.shape
+    place = np.stack([(column / far + 0.5) * width / columns - 0.5, (row / far + 0.5) * height / rows - 0.5])
+    return np.where(known, place - np.stack(pixel_places(world.maps, (rows, columns))), 0.0)
+
+
+def calibration_depth(world: World) -> float:
+    """Depth in metres of the plane in which the maps were taken, infinity where they do not say."""
+    depth = world.maps.meta.get("calibration_range_m")
+    if depth is None:
+        return np.inf
+    if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth > 0:
+        raise Refusal(f"response maps: calibration_range_m is {depth!r}, expected metres above 0")
+    return float(depth)

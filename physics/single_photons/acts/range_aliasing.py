@@ -1,0 +1,18 @@
+"""`range_aliasing`: photons of the shot before."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.constants import speed_of_light
+
+from physics.effect import Values
+from physics.single_photons.draw import by_zone, pulse_from_elsewhere
+from physics.single_photons.world import Photons, World
+
+
+def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """A far target's; each came after a laser period that was longer or shorter by a jitter of its own."""
+    arrival_s = world.time_zero_s + 2 * values["apparent_range"] / speed_of_light
+    far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
+    jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1)
+    return photons.and_also(replace(far, time_s=far.time_s + jitter_s))

@@ -1,0 +1,23 @@
+"""`stray_light`: photons scattered in the lens fall on all zones."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.draw import by_zone
+from physics.single_photons.world import Photons, World
+
+
+def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Beside each photon another falls on each zone with the probability of that zone, and is timed by its clock.
+
+    Pairs share their pulse's delay: counts of any one bin are Poisson all the same, counts of two bins hang together
+    as little as the share is.
+    """
+    share, everything = by_zone(world, values["share"]), photons
+    for zone in range(world.zones):
+        stray = photons.only(rng.random(len(photons)) < share[zone])
+        time = stray.time_s - world.time_zero_s[stray.zone] + world.time_zero_s[zone]
+        everything = everything.and_also(replace(stray, zone=np.full_like(stray.zone, zone), time_s=time))
+    return everything

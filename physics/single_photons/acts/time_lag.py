@@ -1,0 +1,44 @@
+"""`time_lag`: photons meet the scene of another time than that of the camera's image."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.looking import Looking, looking_so
+from physics.single_photons.world import World
+
+
+def world(world: World, values: Values, rng: np.random.Generator) -> World:
+    """The scene between two frames: each pixel's depth, and what it sends back, on the way from one to the other."""
+    times = world.times_s
+    there = float(np.clip(world.time_s + values["lag"], times[0], times[-1]))
+    before, after = (world.at(t) for t in (times[times <= there].max(), times[times >= there].min()))
+    part = (there - before.time_s) / (after.time_s - before.time_s) if after.time_s > before.time_s else 0.0
+
+    def between(name: str, known=np.isfinite) -> np.ndarray:
+        return _between(getattr(before, name), getattr(after, name), part, known)
+
+    depth, reflectance = between("depth_m", lambda z: z > 0), between("reflectance")
+    sent = (1 - part) * _sent_back(before) + part * _sent_back(after)
+    lagged = replace(world, depth_m=depth, reflectance=reflectance, cosine=np.ones_like(depth), gloss=1.0)
+    matt = _sent_back(lagged)
+    gloss = np.where(sent > 0, sent / np.where(matt > 0, matt, np.inf), 0)
+    lagged = replace(lagged, gloss=gloss)
+    # Where zones look may go by depth, of the time when they do.
+    return looking_so(lagged, world.maps) if isinstance(world.maps, Looking) else lagged
+
+
+def _sent_back(world: World) -> np.ndarray:
+    """(H, W) light that each pixel sends back to a square metre; 0 where something is not known."""
+    power = world.reflectance * world.gloss * np.clip(world.cosine, 0, None)
+    ranges = np.where(world.depth_m > 0, world.range_m, np.inf)
+    return np.where(np.isfinite(power), power, 0) / ranges**2
+
+
+def _between(before: np.ndarray, after: np.ndarray, part: float, known) -> np.ndarray:
+    """(H, W) means of two frames; where one alone is known, that one."""
+    both = known(before) & known(after)
+    mean = (1 - part) * np.where(both, before, 0) + part * np.where(both, after, 0)
+    one = np.where(known(before), before, after)
+    return np.where(both, mean, before if part == 0 else one)

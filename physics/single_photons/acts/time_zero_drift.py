@@ -1,0 +1,14 @@
+"""`time_zero_drift`: photons are the later the later it is."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from physics.effect import Values
+from physics.single_photons.world import Photons, World
+
+
+def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Each by what has come together since the first frame."""
+    late = values["rate"] * world.time_s + values["warmup"] * (1 - np.exp(-world.time_s / values["tau"]))
+    return replace(photons, time_s=photons.time_s + late)

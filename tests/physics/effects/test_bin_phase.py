@@ -1,0 +1,101 @@
+"""Modulation by phase against a sum over pixels that modulates each by its own arrival, whatever the pulse's steps."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.clock import Clock
+from physics.effects.bin_phase import LEAST_PER_BIN, effect
+from physics.effects.time_zero_offset import effect as offset
+from physics.light import Return
+from physics.nominal import ForwardModel
+from physics.pulse import two_piece_pulse
+from tests.physics.conftest import C, slow_model
+
+
+def by_pixel(light, weights, clock, depth, phase):
+    """(F, P, T) at gain 1: each zone sees each pixel's strength times what the phase of its arrival makes of it."""
+    direct, parts = light.returns[0], []
+    for p, zero in enumerate(clock.time_zero_s):
+        turns = (zero + 2 * direct.range_m.astype(float) / C) / clock.bin_width_s - phase
+        lit = Return(direct.range_m, direct.strength * (1 + depth * np.cos(2 * np.pi * turns)))
+        one = slow_model(
+            replace(light, returns=(lit,)),
+            weights[p : p + 1],
+            clock.bin_width_s,
+            clock.bins,
+            clock.time_zero_s[p : p + 1],
+            clock.pulse,
+        )
+        parts.append(one)
+    return np.concatenate(parts, axis=1)
+
+
+@pytest.mark.parametrize("per_bin", [1, 2, 3, 16, 40, 2.6])
+def test_it_is_the_sum_over_pixels_however_coarse_the_pulse(small, per_bin):
+    step = 0.26e-9 / per_bin
+    clock = replace(small.clock, pulse=two_piece_pulse(0.3e-9, 0.5e-9, step))
+    model = ForwardModel(small.light, small.footprints, clock)
+    found = model.expected(1.0, [effect.at(depth=0.6, phase=0.1)])
+    closed = by_pixel(small.light, small.footprints.weights, clock, 0.6, 0.1)
+    np.testing.assert_allclose(found, closed, atol=0.6 * 5e-3 * closed.max())
+    assert np.abs(model.expected() - closed).max() > 0.02 * closed.max()
+
+
+def one_pixel(small, range_m, **values):
+    """Counts of zone 0, whose every pixel is at one range."""
+    strength = np.ones_like(small.light.returns[0].strength)
+    light = replace(small.light, returns=(Return(np.full_like(strength, range_m), strength),))
+    return ForwardModel(light, small.footprints, small.clock).expected(1.0, [effect.at(**values)])[0, 0].sum()
+
+
+def test_a_target_that_steps_through_a_bin_comes_back(small):
+    width, zero = small.clock.bin_width_s, small.clock.time_zero_s[0]
+    plain = one_pixel(small, 0.5, depth=0)
+    for turns in (0.0, 0.2, 0.5, 0.83):
+        for bins in (12, 20):
+            range_m = ((bins + turns) * width - zero) * C / 2
+            found = one_pixel(small, range_m, depth=0.4, phase=0.2) / plain
+            assert found == pytest.approx(1 + 0.4 * np.cos(2 * np.pi * (turns - 0.2)), abs=3e-3)
+
+
+def test_at_full_depth_the_worst_phase_counts_nothing(small):
+    zero, width = small.clock.time_zero_s[0], small.clock.bin_width_s
+    dark = one_pixel(small, ((12 + 0.5) * width - zero) * C / 2, depth=1, phase=0)
+    assert 0 <= dark < 5e-3 * one_pixel(small, 0.5, depth=0)
+
+
+def test_a_delay_moves_the_phase_by_as_much(small):
+    """Half a bin later the best phase is the worst."""
+    width, clock = small.clock.bin_width_s, replace(small.clock, bins=120)
+    model = ForwardModel(small.light, small.footprints, clock)
+    late = model.expected(1.0, [offset.at(delay=width / 2), effect.at(depth=0.5, phase=0.75)])
+    early = model.expected(1.0, [effect.at(depth=0.5, phase=0.25)])
+    np.testing.assert_allclose(late.sum(axis=-1), early.sum(axis=-1), rtol=1e-6)
+
+
+def test_background_and_light_of_all_phases_stay(small):
+    count = small.light.range_m.size
+    even = np.linspace(0.4, 0.4 + 8 * small.clock.bin_width_s * C / 2, count, endpoint=False)
+    shape = small.light.range_m.shape
+    ranges = np.random.default_rng(6).permutation(even).reshape(shape).astype(np.float32)
+    light = replace(small.light, returns=(Return(ranges, np.ones(shape, np.float32)),))
+    level = small.footprints.changed(np.ones_like)
+    model = ForwardModel(light, level, small.clock, 5.0)
+    found, nominal = (model.expected(1.0, [effect.at(depth=d)]) for d in (0.8, 0))
+    np.testing.assert_allclose((found - 5).sum(axis=(0, 2)), (nominal - 5).sum(axis=(0, 2)), rtol=2e-3)
+    dark = replace(small.light, returns=(Return(ranges, np.zeros(shape, np.float32)),))
+    assert (ForwardModel(dark, small.footprints, small.clock, 5.0).expected(1.0, [effect.at(depth=1)]) == 5).all()
+
+
+@given(st.integers(1, 60))
+def test_the_lattice_is_fine_enough(per_bin):
+    clock = Clock(1e-9, 8, np.zeros(1), two_piece_pulse(1e-9, 2e-9, 1e-9 / per_bin))
+    found = effect.clock(effect.at(depth=0.1).values, SimpleNamespace(clock=clock)).lattice
+    assert found.per_bin % per_bin == 0
+    assert LEAST_PER_BIN <= found.per_bin < max(2 * LEAST_PER_BIN, per_bin + 1)
+    assert effect.clock(effect.vanished().values, SimpleNamespace(clock=clock)) is clock

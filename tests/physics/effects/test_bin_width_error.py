@@ -1,0 +1,69 @@
+"""A wrong clock against sums over pixels with bins of its width, and a target whose place is known in closed form."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.clock import Clock
+from physics.effects.bin_width_error import LARGEST, TOLERANCE, effect
+from physics.footprint import footprints
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+from physics.pulse import ImpulseResponse, two_piece_pulse
+from tests.physics.conftest import C, slow_model
+
+
+@pytest.mark.parametrize("error", [-0.1, -0.03, 1e-3, 0.01, 0.1])
+@pytest.mark.parametrize("per_bin", [16, 7.3])
+def test_it_is_the_sum_over_pixels_with_bins_of_that_width(small, error, per_bin):
+    pulse = two_piece_pulse(0.12e-9, 0.3e-9, 0.26e-9 / per_bin)
+    clock = replace(small.clock, pulse=pulse)
+    found = ForwardModel(small.light, small.footprints, clock).expected(1e3, [effect.at(error=error)])
+    width, zero = clock.bin_width_s * (1 + error), clock.time_zero_s * (1 + error)
+    closed = 1e3 * slow_model(small.light, small.footprints.weights, width, clock.bins, zero, pulse)
+    np.testing.assert_allclose(found, closed, atol=TOLERANCE * closed.max())
+
+
+@pytest.mark.parametrize("error", [-0.07, 0.02])
+def test_a_target_at_no_range_stays_and_others_come_nearer_in_proportion(small, maps, error):
+    zero, width = 8e-9, 0.26e-9
+
+    def place(depth, **values):
+        light = direct_light(np.full((1, 1, 1), depth), np.diag([1e3, 1e3, 1]), None, np.ones((1, 1, 1)))
+        clock = Clock(width, 120, np.full(4, zero), two_piece_pulse(0.3e-9, 0.3e-9, width / 16))
+        counts = ForwardModel(light, footprints(maps, (1, 1)), clock).expected(1.0, [effect.at(**values)])[0, 0]
+        centres = np.arange(120) + 0.5
+        mean = counts @ centres / counts.sum()
+        return mean, np.sqrt(counts @ (centres - mean) ** 2 / counts.sum() - 1 / 12)
+
+    # Counts are 1/r² and many: 0.1 mm is range 0 to within 1e-3 of a bin.
+    near, wide = place(1e-4, error=error)
+    assert near == pytest.approx(zero / width, abs=5e-3)
+    assert place(2.0, error=error)[0] == pytest.approx((zero + 4 / C / (1 + error)) / width, abs=5e-3)
+    assert wide == pytest.approx(0.3e-9 / width / (1 + error), rel=2e-3)
+
+
+def test_background_and_light_are_kept(small):
+    clock = replace(small.clock, bins=120)
+    model, dark = (ForwardModel(small.light, small.footprints, clock, level) for level in (7.0, None))
+    found = dark.expected(1e3, [effect.at(error=0.05)])
+    np.testing.assert_allclose(model.expected(1e3, [effect.at(error=0.05)]) - 7, found, atol=1e-9)
+    np.testing.assert_allclose(found.sum(axis=-1), dark.expected(1e3).sum(axis=-1), rtol=1e-6)
+
+
+@given(error=st.floats(-LARGEST, LARGEST), less=st.floats(1e-7, 1e-5))
+def test_counts_do_not_jump_and_knots_are_as_many_whatever_the_error(error, less):
+    pulse = two_piece_pulse(0.4e-9, 0.9e-9, 1e-9 / 8)
+    clock = Clock(1e-9, 20, np.array([3e-9]), ImpulseResponse(pulse.time_s, pulse.probability))
+
+    def shares(error):
+        made = effect.clock(effect.at(error=error).values, SimpleNamespace(clock=clock))
+        assert made is clock or made.lattice.per_bin == 128
+        return made.pulse.in_bins(made.time_zero_s + 9e-9, 20, made.bin_width_s)
+
+    # Edges move by no more than 20 bins' part of the change, and the pulse is less than 1 high in a bin.
+    assert np.abs(shares(error) - shares(max(error - less, -LARGEST))).max() < 25 * less

@@ -1,0 +1,109 @@
+"""A blurred Gaussian is a wider one; moments and light against sums; a wide blur against scipy's."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
+
+from physics.effects.footprint_blur import blurred, diffused, effect
+from physics.footprint import footprints
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+from physics.rendering import Rendering
+from recordings.maps import ResponseMaps
+from recordings.maps_file import load_maps
+
+SHAPE = (60, 80)
+Y, X = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
+
+
+def gaussian(variance, x=41.0, y=28.0):
+    return np.exp(-((X - x) ** 2 + (Y - y) ** 2) / 2 / variance) / (2 * np.pi * variance)
+
+
+def scanned(*images):
+    """Footprints of zones with these maps, scanned and read at every pixel."""
+    responses = np.stack([image.ravel() for image in images])[None]
+    ids = np.full(X.size, "scan")
+    return footprints(ResponseMaps(responses, X.ravel(), Y.ravel(), ids, json.dumps({"image_size": [80, 60]})), SHAPE)
+
+
+def through(where, variance):
+    changed = effect.footprints({"variance": variance}, Rendering(None, where, None, 1.0))
+    return changed.weights * where.scale
+
+
+@pytest.mark.parametrize("variance", [0.3, 4.0, 16.0])
+def test_a_blurred_gaussian_is_a_wider_one(variance):
+    found = through(scanned(gaussian(25.0)), variance)[0]
+    # The discrete kernel's fourth cumulant is its variance: by that it is off a Gaussian (Edgeworth), at the peak most.
+    off = 2 * variance / 8 / (25 + variance) ** 2
+    np.testing.assert_allclose(found, gaussian(25 + variance), atol=(1.05 * off + 2e-5) * found.max())
+
+
+@pytest.mark.parametrize("variance", [-2.0, -0.5, 0.3, 4.0, 16.0])
+def test_variances_add(variance):
+    found = through(scanned(gaussian(25.0)), variance)[0]
+    for axis in (X, Y):
+        mean = (axis * found).sum() / found.sum()
+        spread = ((axis - mean) ** 2 * found).sum() / found.sum()
+        # Where a sharpened map reaches 0, a little less is taken off.
+        np.testing.assert_allclose(spread, 25 + variance, rtol=1e-4 if variance > 0 else 5e-3)
+
+
+@settings(deadline=None, max_examples=20)
+@given(variance=st.floats(-400, 2500), seed=st.integers(0, 99))
+def test_every_zone_keeps_its_light(variance, seed):
+    maps = np.random.default_rng(seed).uniform(0, 1, (2, *SHAPE)) * [[[1.0]], [[0.01]]]
+    found = blurred(maps, variance)
+    np.testing.assert_allclose(found.sum(axis=(1, 2)), maps.sum(axis=(1, 2)), rtol=1e-9)
+    assert (found >= 0).all()
+
+
+def test_light_of_footprints_is_kept_up_to_the_edge_of_the_image():
+    where = scanned(gaussian(100.0, 3, 55), gaussian(50.0))
+    for variance in (-30.0, 16.0, 900.0):
+        sums = through(where, variance).sum(axis=(1, 2))
+        np.testing.assert_allclose(sums, through(where, 0.0).sum(axis=(1, 2)), rtol=1e-5)
+
+
+def test_blurs_follow_each_other_as_one():
+    image = np.random.default_rng(1).uniform(0, 1, SHAPE)
+    np.testing.assert_allclose(diffused(diffused(image, 3.0), 0.7), diffused(image, 3.7), atol=1e-12)
+
+
+def test_a_wide_blur_is_scipys():
+    image = np.random.default_rng(2).uniform(0, 1, SHAPE)
+    # Kurtosis of the discrete kernel is 1/variance: so much they may differ.
+    np.testing.assert_allclose(
+        diffused(image, 64.0), gaussian_filter(image, 8.0, mode="reflect", truncate=8), atol=1e-3
+    )
+
+
+def test_the_slope_at_nothing_is_the_same_from_both_sides():
+    """A Gaussian's change with its variance solves the heat equation: half the Laplacian."""
+    image = gaussian(64.0)
+    up, down = (blurred(image[None], v)[0] for v in (1e-4, -1e-4))
+    laplacian = image * ((X - 41) ** 2 + (Y - 28) ** 2 - 2 * 64) / 64**2
+    within = np.hypot(X - 41, Y - 28) < 20
+    for slope in ((up - image) / 1e-4, (image - down) / 1e-4):
+        np.testing.assert_allclose(slope[within], laplacian[within] / 2, atol=1e-2 * np.abs(laplacian).max())
+
+
+def test_a_flat_scene_of_one_range_is_as_bright(small):
+    """What a zone loses at its centre comes from beside it, through the model from maps to counts."""
+    where = scanned(gaussian(30.0), gaussian(60.0, 30, 35), gaussian(40.0), gaussian(20.0))
+    flat = direct_light(np.full((1, *SHAPE), 1.0), np.diag([1e9, 1e9, 1]), cosine=np.ones((1, *SHAPE)))
+    model = ForwardModel(flat, where, small.clock)
+    np.testing.assert_allclose(model.expected(1e3, [effect.at(variance=20)]), model.expected(1e3), rtol=1e-4)
+
+
+def test_published_maps_keep_their_light_though_the_scan_ends_where_it_is_not_dark(shared_data):
+    maps = load_maps(shared_data / "tmf8828_response_maps" / "spad_calib_3x3_longrange_bins15_35.npz")
+    where = footprints(maps, (240, 424))
+    sums = where.weights.sum(axis=(1, 2))
+    for variance in (-36.0, 36.0):
+        np.testing.assert_allclose(through(where, variance).sum(axis=(1, 2)) / where.scale, sums, rtol=5e-3)

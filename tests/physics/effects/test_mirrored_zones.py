@@ -1,0 +1,79 @@
+"""Exchanged zones against maps whose zones are exchanged."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.effects.mirrored_zones import effect, exchange
+from physics.footprint import footprints
+from physics.nominal import ForwardModel
+from physics.rendering import Rendering
+from recordings.maps import ResponseMaps
+from recordings.refusal import Refusal
+
+SHARE = st.floats(0, 1)
+
+
+def other_maps(maps, rows, columns, transposed):
+    """The maps in another order, by numpy's own."""
+    responses = maps.responses
+    responses = np.flipud(responses) if rows else responses
+    responses = np.fliplr(responses) if columns else responses
+    return replace(maps, responses=np.swapaxes(responses, 0, 1) if transposed else responses)
+
+
+@pytest.mark.parametrize("rows", [0, 1])
+@pytest.mark.parametrize("columns", [0, 1])
+@pytest.mark.parametrize("transposed", [0, 1])
+def test_whole_exchanges_are_other_maps(small, maps, rows, columns, transposed):
+    model = ForwardModel(small.light, small.footprints, small.clock, np.array([1.0, 2, 3, 4]))
+    found = model.expected(1e3, [effect.at(rows=rows, columns=columns, transposed=transposed)])
+    there = footprints(other_maps(maps, rows, columns, transposed), (6, 10))
+    # Time zero and background stay with the zone.
+    wanted = ForwardModel(small.light, there, small.clock, np.array([1.0, 2, 3, 4])).expected(1e3)
+    np.testing.assert_allclose(found, wanted, rtol=1e-6)
+
+
+@pytest.mark.parametrize("grid", [(3, 3), (4, 4), (3, 6), (1, 4)])
+@pytest.mark.parametrize("which", ["rows", "columns", "transposed"])
+def test_a_mirrored_mirror_is_none(grid, which):
+    if which == "transposed" and grid[0] != grid[1]:
+        return
+    whole = exchange(grid, **({"rows": 0, "columns": 0, "transposed": 0} | {which: 1}))
+    np.testing.assert_array_equal(whole @ whole, np.eye(grid[0] * grid[1]))
+
+
+@given(rows=SHARE, columns=SHARE, transposed=SHARE)
+def test_light_is_only_exchanged(rows, columns, transposed):
+    """Each zone is given whole shares and gives whole shares."""
+    mixed = exchange((3, 3), rows, columns, transposed)
+    assert (mixed >= 0).all()
+    np.testing.assert_allclose(mixed.sum(axis=0), 1)
+    np.testing.assert_allclose(mixed.sum(axis=1), 1)
+    straight = np.arange(9.0).reshape(3, 3)
+    for share, other in ((rows, np.flipud), (columns, np.fliplr), (transposed, np.transpose)):
+        straight = (1 - share) * straight + share * other(straight)
+    np.testing.assert_allclose(mixed @ np.arange(9.0), straight.ravel(), atol=1e-12)
+
+
+def test_footprints_that_move_are_exchanged_in_every_frame(small):
+    still = replace(small.footprints)
+    moving = still.moved(np.zeros((3, 6, 10)), np.array([0.0, 20, 40])[:, None, None])
+    values = {"rows": 1.0, "columns": 0.0, "transposed": 0.0}
+    found = effect.footprints(values, Rendering(small.light, moving, small.clock, 1.0)).weights
+    np.testing.assert_allclose(found, moving.weights[:, [2, 3, 0, 1]], rtol=1e-12)
+
+
+def test_rows_are_no_columns_where_their_numbers_differ(small):
+    responses = np.random.default_rng(1).uniform(1, 2, (2, 3, 20))
+    x, y = np.random.default_rng(2).uniform((0, 0), (848, 480), (20, 2)).T
+    where = footprints(ResponseMaps(responses, x, y, np.full(20, "a")), (6, 10))
+    clock = replace(small.clock, time_zero_s=2e-9)
+    model = ForwardModel(small.light, where, clock)
+    found = model.expected(1.0, [effect.at(rows=1, columns=1, transposed=0)])
+    np.testing.assert_allclose(found, model.expected()[:, ::-1], rtol=1e-9)
+    with pytest.raises(Refusal, match=r"transposed is 0\.1 for 2 x 3 zones, expected 0"):
+        model.expected(1.0, [effect.at(rows=1, transposed=0.1)])

@@ -1,0 +1,180 @@
+"""A second bounce against rays drawn one by one, the image of a plane mirror, and closed forms."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from physics import bounce
+from physics.bounce import OUTSIDE, patches, second_bounce
+from physics.clock import Clock
+from physics.effects.multipath import effect
+from physics.footprint import footprints
+from physics.light import Return, direct_light
+from physics.nominal import ForwardModel
+from physics.pulse import ImpulseResponse
+from recordings.maps import ResponseMaps
+
+C = 299_792_458.0
+NONE = {"between": 0, "sensor": 0, "outside": 0}
+WALL_Z, SIDE_X = 1.0, 0.3
+RHO_WALL, RHO_SIDE = 0.8, 0.5
+
+
+def sensor_of(shape, zones=2):
+    """Zones that see everything alike, and a clock of 20 ps steps without a pulse's width."""
+    x, y = (a.ravel() for a in np.meshgrid([-50.0, 900.0], [-50.0, 530.0]))
+    maps = ResponseMaps(np.ones((1, zones, 4)), x, y, np.arange(4).astype(str))
+    pulse = ImpulseResponse(np.arange(-1, 2) * 2e-11, np.array([0, 1.0, 0]))
+    return footprints(maps, shape), Clock(2e-10, 120, np.full(zones, 2e-9), pulse)
+
+
+def pinhole(shape):
+    focal = 0.72 * shape[1]
+    return np.array([[focal, 0, (shape[1] - 1) / 2], [0, focal, (shape[0] - 1) / 2], [0, 0, 1]])
+
+
+@pytest.fixture
+def corner():
+    """Two plates at right angles, a wall before the sensor and one at its side; zone 0 sees the first, 1 the other."""
+    shape, matrix = (37, 53), pinhole((37, 53))
+    x = np.broadcast_to((np.arange(shape[1]) - matrix[0, 2]) / matrix[0, 0], shape)
+    side = x * WALL_Z > SIDE_X
+    depth = np.where(side, SIDE_X / np.where(side, x, 1), WALL_Z)
+    where, clock = sensor_of(shape)
+    light = direct_light(depth[None], matrix, np.where(side, RHO_SIDE, RHO_WALL)[None])
+    return SimpleNamespace(
+        light=light, clock=clock, matrix=matrix, shape=shape,
+        footprints=where.changed(lambda weights: weights * np.stack([~side, side])),
+    )  # fmt: skip
+
+
+def drawn_bounces(corner, from_wall, rays, rng):
+    """Total (over pixels, 1/m²) and path lengths with weights of light that rays carry from one plate to the other."""
+    matrix, (height, width) = corner.matrix, corner.shape
+    reach_x, reach_y = width / 2 / matrix[0, 0], height / 2 / matrix[1, 1]
+    near_z = SIDE_X / reach_x
+    y = rng.uniform(-reach_y, reach_y, rays) * WALL_Z
+    if from_wall:
+        start = np.stack([rng.uniform(-reach_x * WALL_Z, SIDE_X, rays), y, np.full(rays, WALL_Z)], axis=1)
+        area, normal, rho = (SIDE_X + reach_x * WALL_Z) * 2 * reach_y * WALL_Z, np.array([0, 0, -1.0]), RHO_WALL
+    else:
+        start = np.stack([np.full(rays, SIDE_X), y, rng.uniform(near_z, WALL_Z, rays)], axis=1)
+        area, normal, rho = (WALL_Z - near_z) * 2 * reach_y * WALL_Z, np.array([-1.0, 0, 0]), RHO_SIDE
+    # Lambert's cosine about the normal: a point of the unit disc, lifted to the sphere.
+    angle, square = rng.uniform(0, 2 * np.pi, rays), rng.uniform(0, 1, rays)
+    across, along = np.array([0, 1.0, 0]), np.cross(normal, [0, 1.0, 0])
+    disc = np.sqrt(square)[:, None] * (np.cos(angle)[:, None] * across + np.sin(angle)[:, None] * along)
+    way = disc + np.sqrt(1 - square)[:, None] * normal
+    with np.errstate(divide="ignore"):
+        length = (SIDE_X - start[:, 0]) / way[:, 0] if from_wall else (WALL_Z - start[:, 2]) / way[:, 2]
+    hit = (length > 0) & np.isfinite(length)
+    start, way, length = start[hit], way[hit], length[hit]
+    end = start + length[:, None] * way
+    other, rho_other = (np.array([-1.0, 0, 0]), RHO_SIDE) if from_wall else (np.array([0, 0, -1.0]), RHO_WALL)
+
+    def in_view(at):
+        inside = (np.abs(at[:, 0]) <= reach_x * at[:, 2]) & (np.abs(at[:, 1]) <= reach_y * at[:, 2])
+        return inside & (at[:, 2] > 0) & (at[:, 2] <= WALL_Z + 1e-9) & (at[:, 0] <= SIDE_X + 1e-9)
+
+    seen = in_view(start) & in_view(end)
+    start, end, length = start[seen], end[seen], length[seen]
+    r_start, r_end = np.linalg.norm(start, axis=1), np.linalg.norm(end, axis=1)
+    sent = rho * np.abs(start @ normal) / r_start**3 * area / rays
+    # Pixels by area of surface: f² cosθ / (r² cos³α).
+    pixels = matrix[0, 0] * matrix[1, 1] * np.abs(end @ other) / r_end**3 * (r_end / end[:, 2]) ** 3
+    return sent * rho_other * pixels, r_start + length + r_end
+
+
+@pytest.mark.parametrize("from_wall", [True, False])
+@pytest.mark.parametrize(("cells", "near"), [(10_000, 0.03), (bounce.CELLS, 0.12)])
+def test_two_plates_exchange_what_drawn_rays_carry(corner, from_wall, cells, near, monkeypatch):
+    """By pixels within a few parts in a hundred, which the disc at the fold misses; by patches, a tenth."""
+    monkeypatch.setattr(bounce, "CELLS", cells)
+    weight, path = drawn_bounces(corner, from_wall, 400_000, np.random.default_rng(3))
+    lattice = corner.clock.lattice
+    found = second_bounce(corner.light, corner.footprints, corner.clock)[0, 1 if from_wall else 0]
+    statistics = np.sqrt(np.square(weight).sum()) / weight.sum()
+    assert found.sum() == pytest.approx(weight.sum(), rel=near + 4 * statistics)
+    paths = C * (lattice.first_s + lattice.step_s * np.arange(lattice.size) - 2e-9)
+    edges = np.arange(1.5, 3.3, 0.06)
+    drawn = np.histogram(path, edges, weights=weight)[0]
+    mine = np.histogram(paths, edges, weights=found)[0]
+    assert np.abs(np.cumsum(mine - drawn)).max() < (near + 4 * statistics) * drawn.sum()
+
+
+def test_a_flat_wall_lights_nothing_and_zones_that_see_nothing_receive_nothing(corner):
+    flat = direct_light(np.ones((1, *corner.shape)), corner.matrix)
+    assert second_bounce(flat, corner.footprints, corner.clock).max() < 1e-9
+    half = corner.footprints.changed(lambda weights: weights * np.array([1.0, 0])[:, None, None])
+    found = second_bounce(corner.light, half, corner.clock)
+    assert found[0, 0].sum() > 0
+    assert found[0, 1].sum() == 0
+
+
+def test_patches_do_not_hang_between_the_two_sides_of_an_edge(corner):
+    depth = np.where(np.arange(corner.shape[1]) < 20, 0.5, 1.5) * np.ones((1, *corner.shape))
+    depth[0, :3] = np.nan
+    made = patches(direct_light(depth, corner.matrix, 0.4), 0)
+    assert (np.minimum(np.abs(made.point_m[:, 2] - 0.5), np.abs(made.point_m[:, 2] - 1.5)) < 1e-6).all()
+    assert (made.label[:3] == OUTSIDE).all()
+    assert (made.label[3:] != OUTSIDE).all()
+    np.testing.assert_allclose(made.normal, np.broadcast_to([0, 0, -1.0], made.normal.shape), atol=1e-5)
+    pixel = 1 / (corner.matrix[0, 0] * corner.matrix[1, 1])
+    assert made.area_m2.sum() == pytest.approx(34 * pixel * (20 * 0.5**2 + 33 * 1.5**2), rel=1e-6)
+
+
+def test_a_plane_outside_the_view_is_an_image_of_the_sensor_behind_it():
+    """A wall before the sensor, lit a second time from a place beside it: the inverse square and Lambert's cosine."""
+    shape, matrix, (where, clock) = (30, 40), pinhole((30, 40)), sensor_of((30, 40))
+    v, u = np.mgrid[:30, :40]
+    point = np.stack([(u - 19.5) / matrix[0, 0], (v - 14.5) / matrix[1, 1], np.ones(shape)], axis=-1) * 0.9
+    light = direct_light(np.full((1, *shape), 0.9), matrix, 0.6)
+    direction = np.array([np.cos(np.radians(30)), np.sin(np.radians(30)), 0])
+    mirrored = point + 2 * (1.2 - point @ direction)[..., None] * direction
+    r, far = np.linalg.norm(point, axis=-1), np.linalg.norm(mirrored, axis=-1)
+    np.testing.assert_allclose(np.linalg.norm(point - 2.4 * direction, axis=-1), far)
+    second = Return(((r + far) / 2)[None].astype(np.float32), (0.2 * 0.6 * 0.9 / far**3)[None].astype(np.float32))
+    closed = ForwardModel(replace(light, returns=(*light.returns, second)), where, clock).expected(1e3)
+    setting = effect.at(**{**NONE, "outside": 0.2}, outside_distance=1.2, outside_azimuth=30)
+    found = ForwardModel(light, where, clock).expected(1e3, [setting])
+    np.testing.assert_allclose(found, closed, atol=1e-5 * closed.max())
+
+
+def test_what_stands_behind_the_outside_plane_gets_nothing_of_it():
+    light, (where, clock) = direct_light(np.ones((1, 30, 40)), pinhole((30, 40)), 0.6), sensor_of((30, 40))
+    right = where.changed(lambda weights: weights * (np.arange(40) > 30))
+    model = ForwardModel(light, right, clock)
+    setting = effect.at(**{**NONE, "outside": 1}, outside_distance=0.2, outside_azimuth=0)
+    np.testing.assert_allclose(model.expected(1e3, [setting]), model.expected(1e3), atol=1e-9)
+    assert model.expected(1e3, [setting.with_value("outside_azimuth", 180)]).sum() > 1.01 * model.expected(1e3).sum()
+
+
+@pytest.mark.parametrize("z", [0.2, 0.4])
+def test_the_sensors_face_is_a_second_lamp(z):
+    """Over a wall at z: irradiance of the face in closed integral, its lamp's cosine, and nothing before 4 z / c."""
+    shape, matrix, (where, clock) = (30, 40), pinhole((30, 40)), sensor_of((30, 40))
+    light = direct_light(np.full((1, *shape), z), matrix, 0.6)
+    model = ForwardModel(light, where, clock)
+    echo = (model.expected(1e3, [effect.at(**{**NONE, "sensor": 1e-3})]) - model.expected(1e3))[0, 0]
+    x, y = 20 / matrix[0, 0], 15 / matrix[1, 1]
+    # A wall of radiance L = ρ cosθ / (π r²) seen from its foot: ∫ L cosα dΩ, with cosθ = cosα and r = z / cosα.
+    face = dblquad(lambda b, a: 0.6 / np.pi / z**2 * (1 + a * a + b * b) ** -3.5, -x, x, -y, y)[0]
+    v, u = np.mgrid[:30, :40]
+    cosine = (1 + ((u - 19.5) / matrix[0, 0]) ** 2 + ((v - 14.5) / matrix[1, 1]) ** 2) ** -0.5
+    closed = 1e3 * (0.6 * cosine**3 / z**2 * cosine).sum() * 1e-3 * face / np.pi
+    assert echo.sum() == pytest.approx(closed, rel=2e-3)
+    first = np.flatnonzero(echo > 1e-6 * echo.max())[0] * clock.bin_width_s - 2e-9
+    assert first == pytest.approx(4 * z / C, abs=clock.bin_width_s)
+
+
+def test_the_three_ways_add_up(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    ways = [{"between": 0.7}, {"sensor": 1e-2}, {"outside": 0.3}]
+    alone = [model.expected(1e3, [effect.at(**{**NONE, **way})]) - model.expected(1e3) for way in ways]
+    assert all(way.max() > 1e-2 for way in alone)
+    assert all((way > -1e-9).all() for way in alone)
+    together = model.expected(1e3, [effect.at(between=0.7, sensor=1e-2, outside=0.3)]) - model.expected(1e3)
+    np.testing.assert_allclose(together, sum(alone), atol=1e-9 * together.max())

@@ -1,0 +1,70 @@
+"""The lobe against Blinn's formula written out with vectors, and its limits."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.effects.non_lambertian import effect
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+
+INTRINSICS = np.array([[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]])
+
+
+def seen(light, **values):
+    return effect.light(effect.at(**values).values, SimpleNamespace(light=light)).returns[0].strength
+
+
+def sphere():
+    """Depth, normals and points of a sphere of 0.4 m at 1.2 m, NaN beside it."""
+    v, u = np.mgrid[:24, :32]
+    rays = np.stack([(u - 15.5) / 30, (v - 11.5) / 30, np.ones((24, 32))], axis=-1)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    along = 1.2 * rays[..., 2]
+    inside = along**2 - 1.2**2 + 0.4**2
+    points = np.where(inside > 1e-3, along - np.sqrt(np.maximum(inside, 0)), np.nan)[..., None] * rays
+    return points[..., 2], (points - [0, 0, 1.2]) / 0.4, points
+
+
+@pytest.mark.parametrize(("lobe", "exponent"), [(0.5, 20.0), (3.0, 1.0), (20.0, 300.0), (1.0, 0.0)])
+def test_it_is_blinns_with_source_and_eye_in_one_place(lobe, exponent):
+    depth, normals, points = sphere()
+    to_source = to_eye = -points / np.linalg.norm(points, axis=-1, keepdims=True)
+    half = (to_source + to_eye) / np.linalg.norm(to_source + to_eye, axis=-1, keepdims=True)
+    matt = np.sum(normals * to_source, axis=-1)
+    specular = np.sum(normals * half, axis=-1) ** exponent
+    closed = 0.3 * (matt + lobe * specular) / np.sum(points**2, axis=-1)
+    light = direct_light(depth[None], INTRINSICS, np.full((1, 24, 32), 0.3), matt[None])
+    np.testing.assert_allclose(seen(light, lobe=lobe, exponent=exponent)[0], np.nan_to_num(closed), rtol=1e-4)
+
+
+def test_straight_on_it_is_brighter_by_the_lobe_whatever_the_exponent(small):
+    light = direct_light(np.ones((1, 24, 32)), INTRINSICS, None, np.ones((1, 24, 32)))
+    for exponent in (0, 1, 20, 500):
+        np.testing.assert_allclose(seen(light, lobe=2, exponent=exponent), 3 * light.returns[0].strength, rtol=1e-6)
+
+
+def test_exponent_1_is_a_gain_in_the_counts(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    found = model.expected(1e3, [effect.at(lobe=0.7, exponent=1)])
+    np.testing.assert_allclose(found, 1.7 * model.expected(1e3), rtol=1e-6)
+
+
+def test_a_retroreflector_does_not_fall_with_incidence():
+    cosine = np.linspace(0.05, 1, 24 * 32).reshape(1, 24, 32)
+    light = direct_light(np.ones((1, 24, 32)), INTRINSICS, None, cosine)
+    matt = light.returns[0].strength
+    lobe = (seen(light, lobe=5, exponent=0) - matt) * light.range_m**2
+    np.testing.assert_allclose(lobe, 5, rtol=1e-4)
+
+
+@given(cosine=st.floats(-1, 1, width=32), lobe=st.floats(0, 100), exponent=st.floats(0, 500))
+def test_what_faces_away_or_is_unknown_stays_dark_and_nothing_dims(cosine, lobe, exponent):
+    light = direct_light(np.array([[[1.0, np.nan, 1.0]]]), np.eye(3), None, np.array([[[cosine, 1.0, np.nan]]]))
+    found, matt = seen(light, lobe=lobe, exponent=exponent), light.returns[0].strength
+    assert np.isfinite(found).all()
+    assert (found >= matt).all()
+    assert (found[matt == 0] == 0).all()

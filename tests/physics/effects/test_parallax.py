@@ -1,0 +1,103 @@
+"""Parallax against points in space: rays from the LiDAR through them, to the plane of the scan, into the image."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import griddata
+from scipy.spatial import Delaunay
+
+from physics.effects.footprint_shift import effect as shift
+from physics.effects.parallax import effect
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+from physics.rendering import Rendering
+
+from ..conftest import slow_model
+
+
+def seen_in_the_scan(light, depth_m, baseline, calibration_range_m):
+    """(F, H, W, 2) full-size pixels at which the scan saw the rays from the LiDAR to the points of each pixel."""
+    fx, fy, cx, cy = (light.intrinsics[i] for i in ((0, 0), (1, 1), (0, 2), (1, 2)))
+    out = np.empty((*depth_m.shape, 2))
+    lidar = np.array([*baseline, 0.0])
+    for (f, v, u), z in np.ndenumerate(depth_m):
+        point = z * np.array([(u - cx) / fx, (v - cy) / fy, 1])
+        along = (point - lidar) / np.linalg.norm(point - lidar)
+        met = lidar + along * calibration_range_m / along[2]
+        x, y = fx * met[0] / met[2] + cx, fy * met[1] / met[2] + cy
+        out[f, v, u] = (x + 0.5) * 848 / 10 - 0.5, (y + 0.5) * 480 / 6 - 0.5
+    return out
+
+
+@pytest.fixture
+def depth_m(small):
+    return small.light.range_m / np.linalg.norm(small.light.rays, axis=-1)
+
+
+def moved(small, x, y, calibration_range_m):
+    where = replace(small.footprints, calibration_range_m=calibration_range_m)
+    return effect.footprints({"x": x, "y": y}, Rendering(small.light, where, small.clock, 1.0))
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.01, 0.0), (0.0, -0.05), (-0.03, 0.1)])
+@pytest.mark.parametrize("calibration_range_m", [0.4, 2.0, 1e9])
+def test_pixels_are_weighed_where_the_scan_saw_their_rays(small, depth_m, x, y, calibration_range_m):
+    found = moved(small, x, y, calibration_range_m)
+    wanted = seen_in_the_scan(small.light, depth_m.astype(float), (x, y), calibration_range_m)
+    np.testing.assert_allclose(np.stack([found.x_px, found.y_px], axis=-1), wanted, atol=1e-3)
+
+
+def test_counts_of_every_frame_are_those_of_its_own_weights(small, maps, depth_m):
+    at = seen_in_the_scan(small.light, depth_m.astype(float), (0.02, -0.01), 0.6)
+    read = np.stack([griddata((maps.xs, maps.ys), zone, at, fill_value=0) for zone in maps.by_zone], axis=1)
+    # Pixels that leave or enter the scan are another test's: here they are dark.
+    hull = Delaunay(np.stack([maps.xs, maps.ys], axis=1))
+    here = np.stack([small.footprints.x_px, small.footprints.y_px], axis=-1)
+    sure = (hull.find_simplex(at) >= 0) & (hull.find_simplex(here) >= 0)
+    direct = small.light.returns[0]
+    light = replace(small.light, returns=(replace(direct, strength=direct.strength * sure),))
+    where = replace(small.footprints, calibration_range_m=0.6)
+    found = ForwardModel(light, where, small.clock).expected(1.0, [effect.at(x=0.02, y=-0.01)])
+    clock = small.clock
+    for f in range(3):
+        one = replace(
+            light,
+            range_m=light.range_m[f : f + 1],
+            returns=(
+                replace(
+                    light.returns[0], range_m=direct.range_m[f : f + 1], strength=light.returns[0].strength[f : f + 1]
+                ),
+            ),
+        )
+        weights = read[f] / where.scale
+        wanted = slow_model(one, weights, clock.bin_width_s, clock.bins, clock.time_zero_s, clock.pulse)
+        np.testing.assert_allclose(found[f : f + 1], wanted, atol=2e-4 * wanted.max())
+
+
+def test_in_the_plane_of_the_scan_nothing_moves(small):
+    wall = direct_light(np.full((1, 6, 10), 0.6), small.light.intrinsics)
+    model = ForwardModel(wall, replace(small.footprints, calibration_range_m=0.6), small.clock)
+    np.testing.assert_allclose(model.expected(1e3, [effect.at(x=0.1, y=0.1)]), model.expected(1e3), rtol=1e-4)
+
+
+@settings(deadline=None, max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(x=st.floats(-0.03, 0.03), y=st.floats(-0.03, 0.03), depth=st.floats(0.3, 2.0))
+def test_before_a_wall_it_is_a_shift_that_goes_with_disparity(small, x, y, depth):
+    wall = direct_light(np.full((1, 6, 10), depth), small.light.intrinsics)
+    model = ForwardModel(wall, replace(small.footprints, calibration_range_m=1.0), small.clock)
+    by = [7.5 * size * b * (1 / depth - 1) for size, b in ((84.8, x), (80, y))]
+    wanted = model.expected(1e3, [shift.at(x=by[0], y=by[1])])
+    found = model.expected(1e3, [effect.at(x=x, y=y)])
+    np.testing.assert_allclose(found, wanted, atol=1e-4 * wanted.max())
+
+
+def test_pixels_of_unknown_depth_stay_and_the_nearest_leave(small):
+    depth = np.full((1, 6, 10), 1.0)
+    depth[0, 2, 3], depth[0, 3, 4], depth[0, 4, 5] = np.nan, 0.0, 1e-6
+    light = direct_light(depth, small.light.intrinsics, cosine=np.ones((1, 6, 10)))
+    found = effect.footprints({"x": 0.05, "y": 0.0}, Rendering(light, small.footprints, small.clock, 1.0))
+    np.testing.assert_array_equal(found.weights[0, :, [2, 3], [3, 4]], small.footprints.weights[:, [2, 3], [3, 4]].T)
+    assert not found.weights[0, :, 4, 5].any()

@@ -1,0 +1,109 @@
+"""Changed reflectance against scenes that are made of it, and hand-written factors of single pixels."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from physics.effects.reflectance_map import effect
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+
+INTRINSICS = np.array([[8.0, 0, 4.5], [0, 8.0, 2.5], [0, 0, 1]])
+SHAPE = (2, 6, 10)
+NONE = {"contrast": 0.0, "step": 0.0, "spot": 0.0}
+
+
+def scene(reflectance):
+    rng = np.random.default_rng(4)
+    return direct_light(rng.uniform(0.3, 2, SHAPE), INTRINSICS, reflectance, rng.uniform(0.2, 1, SHAPE))
+
+
+def seen(light, **values):
+    return effect.light(effect.at(**(NONE | values)).values, SimpleNamespace(light=light))
+
+
+@pytest.mark.parametrize("contrast", [-1.0, -0.4, 0.7, 2.0])
+def test_contrast_is_a_scene_of_that_reflectance(contrast):
+    assumed = np.random.default_rng(5).uniform(0.1, 0.5, SHAPE)
+    found = seen(scene(assumed), contrast=contrast)
+    closed = scene(0.5 * (assumed / 0.5) ** (1 + contrast))
+    np.testing.assert_allclose(found.returns[0].strength, closed.returns[0].strength, rtol=1e-5)
+    np.testing.assert_allclose(found.reflectance, closed.reflectance, rtol=1e-5)
+
+
+def test_the_step_is_on_dark_surfaces_alone_and_its_edge_is_as_wide_as_documented():
+    assumed = np.full(SHAPE, 0.9)
+    assumed[:, :3] = 0.1
+    assumed[0, 3] = 0.3
+    assumed[0, 4] = 0.3 * np.exp(0.1)
+    factor = seen(scene(assumed), step=np.log(4), level=0.3).reflectance / assumed
+    np.testing.assert_allclose(factor[:, :3], 4, rtol=1e-3)
+    np.testing.assert_allclose(factor[1, 3:], 1, rtol=1e-3)
+    np.testing.assert_allclose(factor[0, 3], 2, rtol=1e-5)
+    np.testing.assert_allclose(factor[0, 4], 4 ** (1 / (1 + np.e)), rtol=1e-5)
+
+
+def test_the_spot_stays_in_the_field_of_view():
+    light = scene(np.full(SHAPE, 0.4))
+    found = seen(light, spot=-0.8, spot_x=0.2, spot_y=-0.1, spot_size=0.15)
+    factor = found.returns[0].strength / light.returns[0].strength
+    for v, u in ((0, 0), (2, 6), (5, 9)):
+        x, y = (u - 4.5) / 8, (v - 2.5) / 8
+        away = np.hypot(x - 0.2, y + 0.1) / 0.15
+        closed = np.exp(-0.8 * np.exp(-(away**2) / 2))
+        np.testing.assert_allclose(factor[:, v, u], closed, rtol=1e-5)
+
+
+def test_where_no_reflectance_is_assumed_contrast_is_a_gain_and_the_step_nothing():
+    plain = scene(None)
+    np.testing.assert_allclose(
+        seen(plain, contrast=0.6).returns[0].strength, 2**0.6 * plain.returns[0].strength, rtol=1e-6
+    )
+    np.testing.assert_allclose(seen(plain, step=-2).returns[0].strength, plain.returns[0].strength, rtol=1e-3)
+    assert (seen(plain, spot=1, spot_size=3).returns[0].strength > 1.5 * plain.returns[0].strength).all()
+
+
+def test_each_strength_acts_alone_and_together_they_multiply(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    one = {"contrast": 0.5, "step": -1.0, "spot": 0.7}
+    for name, value in one.items():
+        assert np.abs(model.expected(1e3, [effect.at(**(NONE | {name: value}))]) - model.expected(1e3)).max() > 10
+    logs = [np.log(seen(small.light, **{name: value}).returns[0].strength) for name, value in one.items()]
+    nominal = np.log(small.light.returns[0].strength)
+    together = np.log(seen(small.light, **one).returns[0].strength)
+    np.testing.assert_allclose(together - nominal, sum(log - nominal for log in logs), atol=1e-5)
+
+
+def test_ranges_other_returns_and_frames_by_themselves_stay(small):
+    second = replace(small.light.returns[0], strength=small.light.returns[0].strength / 3)
+    both = replace(small.light, returns=(*small.light.returns, second))
+    found = seen(both, contrast=1, spot=1)
+    assert found.returns[1] is second
+    assert found.range_m is small.light.range_m
+    alone = replace(small.light, reflectance=small.light.reflectance[1:2], returns=(cut(small.light.returns[0]),))
+    np.testing.assert_array_equal(seen(alone, contrast=1, spot=1).returns[0].strength[0], found.returns[0].strength[1])
+
+
+def cut(way):
+    return replace(way, range_m=way.range_m[1:2], strength=way.strength[1:2])
+
+
+@given(
+    contrast=st.floats(-1, 5),
+    step=st.floats(-5, 5),
+    spot=st.floats(-5, 5),
+    dark=st.floats(0, 1, width=32),
+)
+def test_black_and_unknown_stay_dark_and_the_rest_is_finite(contrast, step, spot, dark):
+    assumed = np.full(SHAPE, dark)
+    assumed[0, 0, 0], assumed[0, 0, 1] = 0, np.nan
+    found = seen(scene(assumed), contrast=contrast, step=step, spot=spot)
+    strength = found.returns[0].strength
+    assert np.isfinite(strength).all()
+    assert (strength >= 0).all()
+    assert (strength[0, 0, :2] == 0).all()
+    assert np.isnan(found.reflectance[0, 0, 1])

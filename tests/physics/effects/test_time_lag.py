@@ -1,0 +1,71 @@
+"""A lag against scenes that were taken at the other time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from physics.effects import find_effect
+from physics.effects.time_lag import effect
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+
+INTRINSICS = np.array([[7.5, 0, 4.5], [0, 7.5, 2.5], [0, 0, 1]])
+TIMES = np.array([0.0, 0.1, 0.25, 0.3, 0.5])
+
+
+def approaching(times):
+    """A wall at 1.2 m that comes nearer by 0.4 m/s."""
+    depth = np.broadcast_to((1.2 - 0.4 * np.asarray(times))[:, None, None], (len(times), 6, 10))
+    return direct_light(depth, INTRINSICS, None, np.ones(depth.shape), time_s=TIMES)
+
+
+@pytest.mark.parametrize("lag", [-0.08, 0.03, 0.05, 0.2])
+def test_it_sees_the_wall_where_it_is_by_then(small, lag):
+    light = approaching(TIMES)
+    found = ForwardModel(light, small.footprints, small.clock).expected(1e3, [effect.at(lag=lag)])
+    # Before the first frame and after the last nothing moves.
+    then = approaching(np.clip(TIMES + lag, TIMES[0], TIMES[-1]))
+    closed = ForwardModel(then, small.footprints, small.clock).expected(1e3)
+    # Ranges are linear in time, 1/r² is not quite: 0.08 m within 1 m.
+    np.testing.assert_allclose(found, closed, atol=5e-3 * closed.max())
+
+
+@pytest.mark.parametrize("frames", [1, -1])
+def test_a_whole_frame_is_the_next_or_the_one_before(small, frames):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    found, nominal = model.expected(1e3, [effect.at(lag=0.1 * frames)]), model.expected(1e3)
+    held = np.clip(np.arange(3) + frames, 0, 2)
+    np.testing.assert_allclose(found, nominal[held], atol=1e-4 * nominal.max())
+
+
+def test_where_nothing_moves_there_is_nothing_to_see(small):
+    still = approaching(np.zeros(5))
+    model = ForwardModel(still, small.footprints, small.clock)
+    np.testing.assert_allclose(model.expected(1e3, [effect.at(lag=0.13)]), model.expected(1e3), rtol=1e-9)
+    only = replace(
+        direct_light(np.ones((1, 6, 10)), INTRINSICS, None, np.ones((1, 6, 10))), laser_cycles=None, time_s=np.zeros(1)
+    )
+    model = ForwardModel(only, small.footprints, small.clock)
+    np.testing.assert_array_equal(model.expected(1e3, [effect.at(lag=-1.0)]), model.expected(1e3))
+
+
+def test_pixels_that_come_to_be_known_rise_from_nothing(small):
+    """Counts are continuous in the lag, at 0 too: what is unknown in a frame contributes nothing at its time."""
+    depth = np.ones((2, 6, 10), np.float32)
+    depth[0, :3] = np.nan
+    light = direct_light(depth, INTRINSICS, None, np.ones(depth.shape), time_s=np.array([0.0, 0.1]))
+    model = ForwardModel(light, small.footprints, small.clock)
+    first, second = model.expected(1e3)
+    for lag in (1e-6, 0.03, 0.0999):
+        found = model.expected(1e3, [effect.at(lag=lag)])[0]
+        np.testing.assert_allclose(found, (1 - lag / 0.1) * first + lag / 0.1 * second, atol=1e-6 * second.max())
+
+
+def test_it_says_how_far_it_looks():
+    assert effect.reach(effect.at(lag=0.2).values) == (0, 0.2)
+    assert effect.reach(effect.at(lag=-0.3).values) == (0.3, 0)
+    assert effect.reaches(effect.at(lag=-0.3).values)
+    assert not effect.reaches(effect.vanished().values)
+    pile_up = find_effect("pile_up").at()
+    assert pile_up.effect.reach(pile_up.values) == (0, 0)

@@ -1,0 +1,132 @@
+"""The two engines agree, effect by effect: photons one by one, and expected counts in closed form."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from physics.effects import find_effect
+from physics.single_photons.acts import all_acts
+from physics.single_photons.engine import draw_frames
+
+GAIN = 1e4
+# Strengths at which an effect shows within 3 frames; where nothing is said it is taken where it starts.
+STRENGTHS = {
+    "afterpulsing": [{"probability": 0.2, "tau": 2e-9}, {"probability": 0.5, "tau": 1e-9}],
+    "ambient_pedestal": [{"level": [900, 0, 3000, 50]}],
+    "bin_nonlinearity": [
+        {"alternation": 0.25, "slope": 0},
+        {"alternation": -0.1, "slope": 0.12},
+        {"width": np.linspace(-0.5, 0.4, 48)},
+    ],
+    "bin_phase": [{"depth": 0.5}, {"depth": 1, "phase": 0.8}],
+    "bin_width_error": [{"error": 0.03}, {"error": -0.08}],
+    "counter_saturation": [{"ceiling": 60}, {"ceiling": 40, "lost": 0.6}],
+    "cover_glass_crosstalk": [{"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10}],
+    "footprint_blur": [{"variance": 1600}, {"variance": -400}],
+    "footprint_shift": [{"x": 20, "y": -15}, {"x": -70, "y": 40}],
+    "gain_drift": [{"rate": 2}, {"rate": -3}, {"warmup": 0.6, "tau": 0.1}],
+    "impulse_tail": [{"share": 0.5, "tau": 6e-10}, {"share": 0.2, "tau": 3e-9}],
+    "impulse_width": [{"broader": 0.5}, {"broader": -0.4}],
+    "interference": [{"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8}],
+    "mirrored_zones": [{"rows": 0.6, "columns": 0.3, "transposed": 0.2}, {"rows": 0, "columns": 1, "transposed": 1}],
+    "multipath": [
+        {"between": 1, "sensor": 0, "outside": 0},
+        {"between": 0, "sensor": 0.1, "outside": 0},
+        {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
+    ],
+    "non_lambertian": [{"lobe": 2, "exponent": 5}, {"lobe": 0.5, "exponent": 0}],
+    "parallax": [{"x": 0.03, "y": -0.02}, {"x": -0.08, "y": 0.05}],
+    "pile_up": [{}, {"share": [1, 0.5, 0.3, 0]}],
+    "range_aliasing": [{"counts": [3e4, 1e4, 0, 2e4]}, {"counts": 2e4, "apparent_range": 0.4, "jitter": 0}],
+    "range_falloff": [{"overlap_range": 0.4}, {"overlap_range": [0.1, 0.9, 0, 0.5]}, {"exponent": [1.2, -0.7, 0.3, 0]}],
+    "range_walk": [{"walk": 6e-10, "level": 5e4}, {"walk": [0, 3e-10, 1e-9, 1e-10], "level": 2e5}],
+    "reflectance_map": [
+        {"contrast": 1.5, "step": -0.8, "spot": 1, "level": 0.5},
+        {"contrast": -1, "step": 0.7, "spot": -2, "spot_x": -0.3},
+    ],
+    "scattering_medium": [{"extinction": 0.5}, {"extinction": 3, "albedo": 0.6, "overlap": 0.3}],
+    "second_surface": [{"passed": 0.5, "spacing": 0.2}, {"passed": 1, "spacing": 0.05}],
+    "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}],
+    "time_lag": [{"lag": 0.03}, {"lag": -0.13}],
+    "time_zero_drift": [{"rate": 3e-9}, {"rate": -2e-9}, {"warmup": 4e-10, "tau": 0.1}],
+    "time_zero_offset": [{"delay": [3e-10, -2e-10, 0, 1e-10]}],
+    "window_clipping": [{"early": 14.3, "late": 20.6}],
+    "zone_gain": [{"factor": [0.7, 1.3, 1, 0]}],
+}
+# A ceiling concerns frames of few counts; a second bounce is weak, and so is a sharpened map.
+DRAWN = {
+    "counter_saturation": SimpleNamespace(gain=300, times=40),
+    "footprint_blur": SimpleNamespace(gain=3e4, times=1),
+    "multipath": SimpleNamespace(gain=4e4, times=1),
+}
+MANY = SimpleNamespace(gain=GAIN, times=1)
+TOGETHER = [
+    ("cover_glass_crosstalk", "zone_gain", "ambient_pedestal", "pile_up", "afterpulsing"),
+    ("range_falloff", "stray_light", "time_zero_offset", "gain_drift", "ambient_pedestal"),
+    ("second_surface", "scattering_medium", "stray_light", "impulse_tail"),
+    ("impulse_width", "impulse_tail", "cover_glass_crosstalk", "bin_nonlinearity"),
+    ("interference", "impulse_width", "pile_up", "window_clipping"),
+    ("range_aliasing", "gain_drift", "afterpulsing"),
+]
+# One strength of each always, the others among the slow tests.
+EVERY = [
+    pytest.param(name, i, marks=[pytest.mark.slow] if i else [])
+    for name in sorted(all_acts())
+    for i in range(len(STRENGTHS.get(name, [{}])))
+]
+
+
+def compared(both, effects, drawn=MANY, **scene):
+    """Photons against the fast engine, cell by cell, and how large the effects are by the photons' reckoning.
+
+    p: of χ² over cells against the model with the effects. without: the same against the model without them.
+    size: of the effects, 1 where it is as the model says: weighted least squares of the change. sigma: its error.
+    """
+    made, rng = both(gain=drawn.gain, effects=effects, **scene), np.random.default_rng(5)
+    counts = sum(np.stack(list(draw_frames(made.session, rng))) for _ in range(drawn.times)).astype(float)
+    expected, nominal = (drawn.times * made.model.expected(drawn.gain, which) for which in (effects, ()))
+    # What both say is empty is empty, and cells of few counts are not normal.
+    assert counts[expected < 1e-6].sum() <= 1
+    cells, change = expected > 5, expected - nominal
+    weight = np.where(cells, change / np.maximum(expected, 1), 0)
+    information = float((weight * change).sum())
+    return SimpleNamespace(
+        p=_p_of_chi2(counts[cells], expected[cells]),
+        without=_p_of_chi2(counts[nominal > 5], nominal[nominal > 5]),
+        size=1 + float((weight * (counts - expected)).sum()) / information if information else 1.0,
+        sigma=information**-0.5 if information else np.inf,
+    )
+
+
+def _p_of_chi2(counts, expected):
+    return chi2.sf(((counts - expected) ** 2 / expected).sum(), counts.size)
+
+
+@pytest.mark.parametrize(("name", "i"), EVERY)
+def test_an_effect_does_to_photons_what_the_model_says(name, i, both):
+    setting = find_effect(name).at(**STRENGTHS.get(name, [{}])[i])
+    found = compared(both, [setting], DRAWN.get(name, MANY), seed=2 + i)
+    assert found.p > 1e-4
+    assert abs(found.size - 1) < max(4 * found.sigma, 0.01)
+    # And it would show if it were not so: an error of some hundredths of the effect, or the effect forgotten.
+    assert found.sigma < 0.025
+    assert found.without < 1e-10
+
+
+@pytest.mark.parametrize("names", TOGETHER, ids=" ".join)
+def test_effects_compose_alike(names, both):
+    settings = [find_effect(name).at(**STRENGTHS[name][0]) for name in names]
+    found = compared(both, settings)
+    assert found.p > 1e-4
+    assert abs(found.size - 1) < 4 * found.sigma
+
+
+def test_every_act_is_that_of_an_effect():
+    assert all(find_effect(name).id == name for name in all_acts())
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_without_effects_it_is_the_nominal_model(both, seed):
+    assert compared(both, [], seed=seed).p > 1e-4
