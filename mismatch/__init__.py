@@ -1,0 +1,1 @@
+"""Where recording and simulation differ, why, and the better model."""

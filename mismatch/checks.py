@@ -1,0 +1,77 @@
+"""Misfit that no division of the cells shows: waves through the residuals, counts that are not photons'."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from mismatch.poisson import LEAST, deviance, expected_deviance
+from mismatch.simulation import Simulation
+
+# Powers of two whose remainders are looked at: quantised counts, bits that stick.
+STEPS = (2, 4, 8)
+# Poisson counts of this mean or more leave every remainder of a division by 2, 4 or 8 alike often, to 1e-3.
+EVEN = 14.0
+
+
+@dataclass(frozen=True)
+class Check:
+    """A property of noise that the residuals should have. p_value: chance of as much. sentence: what is found."""
+
+    p_value: float
+    sentence: str
+
+
+def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
+    """All of them, for expected counts (F, P, T)."""
+    counts, mean = simulation.counts, np.maximum(expected, LEAST)
+    alive = np.ones(mean.shape[1], bool) if simulation.dead is None else ~simulation.dead
+    return [
+        wave((counts - mean)[:, alive] / np.sqrt(mean[:, alive])),
+        dispersion(counts, mean),
+        *remainders(counts, mean),
+    ]
+
+
+def wave(white: np.ndarray) -> Check:
+    """The strongest wave through frames, zones and bins: of noise, its power is exponentially distributed."""
+    power = np.abs(np.fft.fftn(white)) ** 2 / white.size
+    # The transform of real numbers holds every wave twice; what does not change at all is the tables' business.
+    power.flat[0] = 0
+    best = np.unravel_index(int(np.argmax(power)), power.shape)
+    # Few counts make residuals whose mean square is not 1.
+    strongest = float(power[best]) / max(float((white**2).mean()), 1.0)
+    p = float(-np.expm1(power.size / 2 * np.log1p(-np.exp(-min(strongest, 600.0)))))
+    turns = [min(k, n - k) for k, n in zip(best, power.shape, strict=True)]
+    where = f"{turns[2]} periods over the bins, {turns[0]} over the frames"
+    return Check(p, f"a wave runs through the residuals: {where}")
+
+
+def dispersion(counts: np.ndarray, mean: np.ndarray) -> Check:
+    """Whether counts scatter as photons do: total deviance against its expectation, either way."""
+    first, variance = expected_deviance(mean)
+    z = float((deviance(counts, mean) - first).sum() / np.sqrt(variance.sum()))
+    more = "more" if z > 0 else "less"
+    return Check(
+        float(2 * norm.sf(abs(z))), f"counts scatter {more} than photons do, by {abs(z):.1f} standard deviations"
+    )
+
+
+def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
+    """Whether counts leave every remainder alike often, in the zone where they do so least."""
+    out = []
+    for step in STEPS:
+        worst, where = 1.0, 0
+        for zone in range(counts.shape[1]):
+            many = counts[:, zone][mean[:, zone] >= EVEN * (step / 4) ** 2].astype(np.int64)
+            if len(many) < 10 * step:
+                continue
+            found = np.bincount(many % step, minlength=step)
+            p = float(chi2.sf(((found - len(many) / step) ** 2).sum() / (len(many) / step), step - 1))
+            if p < worst:
+                worst, where = p, zone
+        p_value = min(1.0, worst * counts.shape[1])
+        out.append(
+            Check(p_value, f"counts of zone {where} divided by {step} leave some remainders more often than others")
+        )
+    return out

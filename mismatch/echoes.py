@@ -1,0 +1,44 @@
+"""Echoes: residuals that look like the signal some bins before or after, in some frames, or of another zone."""
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from mismatch.checks import Check
+from mismatch.simulation import Simulation
+
+# Bins by which the signal is displaced; a displacement of 0 is a gain.
+LAGS = (-10, -7, -5, -3, -2, -1, 1, 2, 3, 4, 5, 7, 9, 12, 16, 20)
+TINY = 1e-12
+
+
+def echoes(simulation: Simulation, expected: np.ndarray, mean: np.ndarray) -> list[Check]:
+    """By frame, by zone, and from zone to zone. expected, mean: (F, P, T) without and with the frames' own gains."""
+    signal = np.maximum(expected - simulation.background[:, None], 0)
+    score = simulation.counts / mean - 1
+    weight = 1 / mean
+    frames, zones, bins = signal.shape
+    lags = [lag for lag in LAGS if abs(lag) < bins]
+    by_frame, by_pair = np.zeros((len(lags), frames)), np.zeros((len(lags), zones, zones))
+    for i, lag in enumerate(lags):
+        moved = np.zeros_like(signal)
+        to, source = (slice(lag, None), slice(None, -lag)) if lag > 0 else (slice(None, lag), slice(-lag, None))
+        moved[..., to] = signal[..., source]
+        by_frame[i] = _z((score * moved).sum(axis=(1, 2)), (weight * moved**2).sum(axis=(1, 2)))
+        # (P, P): residuals of the first zone, signal of the second.
+        apart = [a.transpose(1, 0, 2).reshape(zones, -1) for a in (score, moved, weight, moved**2)]
+        by_pair[i] = _z(apart[0] @ apart[1].T, apart[2] @ apart[3].T)
+    together = (by_frame**2).sum(axis=1)
+    in_frames = int(np.argmax(together))
+    p_frames = min(1.0, len(lags) * float(chi2.sf(together[in_frames], frames)))
+    lag, one, other = (int(n) for n in np.unravel_index(int(np.argmax(np.abs(by_pair))), by_pair.shape))
+    p_pair = min(1.0, by_pair.size * 2 * float(norm.sf(abs(by_pair[lag, one, other]))))
+    side = "after" if lags[in_frames] > 0 else "before"
+    return [
+        Check(p_frames, f"an echo {abs(lags[in_frames])} bins {side} the signal differs from frame to frame"),
+        Check(p_pair, f"zone {one} shows the signal of zone {other} displaced by {lags[lag]} bins"),
+    ]
+
+
+def _z(score: np.ndarray, information: np.ndarray) -> np.ndarray:
+    """Scores over their standard deviation, 0 where there is no information."""
+    return np.where(information > TINY, score / np.sqrt(np.maximum(information, TINY)), 0)

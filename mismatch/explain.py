@@ -1,0 +1,113 @@
+"""Where a recording and its simulation differ, and what physics was left out: from frames to a verdict."""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from mismatch.blocks import halves
+from mismatch.checks import checks
+from mismatch.echoes import echoes
+from mismatch.economy import economical
+from mismatch.fit import Fit, fit, fit_nominal, on_others
+from mismatch.form import all_forms
+from mismatch.located import locate_effects
+from mismatch.naming import contested, name_effects, next_measurement
+from mismatch.noise import FrameGains
+from mismatch.places import Place, places, wherever
+from mismatch.poisson import LEAST
+from mismatch.selection import SIGNIFICANT, Round, select
+from mismatch.simulation import Simulation
+from mismatch.tables import tables
+from mismatch.verdict import Deviance, Verdict
+from mismatch.visibility import not_visible
+
+# What is left of a misfit, as a part of what was explained, that does not make an explanation wrong: formulas of one
+# cause differ by as much.
+NEGLIGIBLE = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """A verdict, and the models behind it.
+
+    simulation: all frames. chosen, held: indices of the frames that chose and those that judged. nominal, explained:
+    fits of all frames, without and with the effects that were found. judged: fit of the frames that chose alone.
+    rounds: how the effects were chosen.
+    """
+
+    verdict: Verdict
+    simulation: Simulation
+    chosen: np.ndarray
+    held: np.ndarray
+    nominal: Fit
+    explained: Fit
+    judged: Fit
+    rounds: tuple[Round, ...]
+
+
+def explain(simulation: Simulation, notes: tuple[str, ...] = ()) -> Explanation:
+    """The verdict on a recording beside its simulation. notes: what was assumed, in sentences."""
+    # Matrices are slim; threads for them would wait on those that render.
+    with threadpool_limits(1, user_api="blas"):
+        return _explain(simulation, notes, time.monotonic())
+
+
+def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Explanation:
+    """See `explain`."""
+    frames, zones, bins = simulation.counts.shape
+    chosen, held = halves(frames)
+    simulation = economical(simulation)
+    train, test = simulation.of(chosen), simulation.of(held)
+    forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
+    rounds = select(train, test, forms)
+    judged, contests = contested(train, test, rounds[-1].before, rounds)
+    nominal = fit_nominal(simulation, judged.frame_gain_sigma)
+    explained = fit(simulation, judged.forms, judged.x, judged.frame_gain_sigma) if judged.forms else nominal
+    tried = max(one.tried for one in rounds)
+    effects = name_effects(train, test, judged, contests, explained, tried)
+    left = what_is_left(simulation, explained)
+    first = fit_nominal(train, judged.frame_gain_sigma)
+    remains = sum(place.gain for place in left) * len(held) / frames
+    won = on_others(test, first)[1] - on_others(test, judged)[1]
+    missing = remains + len(judged.x) - 1
+    kind = "explained" if judged.forms else "agrees"
+    if left and not (judged.forms and remains < NEGLIGIBLE * won):
+        kind = "unknown"
+    verdict = Verdict(
+        verdict=kind,
+        located=locate_effects(simulation, explained, effects) if judged.forms else left,
+        effects=effects,
+        train=_deviances(train, first, judged, missing),
+        heldout=_deviances(test, first, judged, missing),
+        gap_closed=float(np.clip(won / max(won + missing, 1e-9), 0, 1)) if judged.forms else None,
+        unexplained=left,
+        not_visible=not_visible(rounds[-1].scores, len(chosen) / frames),
+        next_measurement=next_measurement(train, contests),
+        seconds=time.monotonic() - began,
+        notes=notes,
+    )
+    return Explanation(verdict, simulation, chosen, held, nominal, explained, judged, tuple(rounds))
+
+
+def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
+    """Places of what a fit leaves beyond noise; none where noise explains it."""
+    looked = tables(simulation, fitted)
+    mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
+    besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, mean)]
+    many = len(looked) + len(besides)
+    found: list[Place] = []
+    if many * min(table.p_value for table in looked) < SIGNIFICANT:
+        found += places(simulation, fitted)
+    worst = min(besides, key=lambda check: check.p_value)
+    if many * worst.p_value < SIGNIFICANT and not found:
+        found.append(wherever(simulation, worst.p_value * many, worst.sentence))
+    total = max(sum(place.gain for place in found), 1e-12)
+    return tuple(replace(place, share=place.gain / total) for place in found)
+
+
+def _deviances(part: Simulation, first: Fit, judged: Fit, missing: float) -> Deviance:
+    """Per cell, of some frames. The floor: as explained, less what parameters' errors cost and what is left."""
+    nominal, explained = on_others(part, first)[1], on_others(part, judged)[1]
+    return Deviance(*(total / part.counts.size for total in (nominal, explained, explained - missing)))

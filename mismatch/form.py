@@ -1,0 +1,134 @@
+"""A form of an effect: which of its parameters are fitted, and whether each zone or bin has its own."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from itertools import product
+
+import numpy as np
+
+from physics.effect import Effect, Parameter, Setting
+from physics.effects import all_effects
+
+# Parameters bounded above zero that range over more than this are fitted by their logarithm.
+LOGARITHMIC = 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """One way in which an effect may be there.
+
+    effect. free: names of fitted parameters. own: those of which each zone (or bin) has its own. start: values of all
+    parameters where a fit begins, numbers. sizes: how many values each of `own` has.
+    """
+
+    effect: Effect
+    free: tuple[str, ...]
+    own: tuple[str, ...]
+    start: dict[str, float]
+    sizes: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """For people: effect, and what is fitted."""
+        return f"{self.effect.id}({', '.join(n + '[]' * (n in self.own) for n in self.free)})"
+
+    @property
+    def strengths(self) -> tuple[str, ...]:
+        """Free parameters that vanish."""
+        return tuple(n for n in self.free if self.effect.parameter(n).vanishes_at is not None)
+
+    @property
+    def coordinates(self) -> list[tuple[Parameter, int | None]]:
+        """What a fit varies: a parameter, and which zone's or bin's, None where all have the same."""
+        found = []
+        for name in self.free:
+            places = range(self.sizes[name]) if name in self.own else (None,)
+            found += [(self.effect.parameter(name), place) for place in places]
+        return found
+
+    def setting(self, x: np.ndarray) -> Setting:
+        """The effect at coordinates (N,)."""
+        values, at = dict(self.start), 0
+        for name in self.free:
+            count = self.sizes[name] if name in self.own else 1
+            real = np.array([to_value(self.effect.parameter(name), v) for v in x[at : at + count]])
+            values[name] = real if name in self.own else float(real[0])
+            at += count
+        return self.effect.at(**values)
+
+    def at_start(self) -> np.ndarray:
+        """(N,) coordinates of `start`."""
+        return np.array([to_coordinate(p, self.start[p.name]) for p, _ in self.coordinates])
+
+    def coordinates_of(self, setting: Setting) -> np.ndarray:
+        """(N,) coordinates of a setting of this form."""
+        parts = [
+            np.broadcast_to(np.asarray(setting.values[n], float), self.sizes[n] if n in self.own else 1)
+            for n in self.free
+        ]
+        parameters = [p for p, _ in self.coordinates]
+        return np.array([to_coordinate(p, v) for p, v in zip(parameters, np.concatenate(parts), strict=True)])
+
+    def beginning(self, values: dict[str, float]) -> "Form | None":
+        """The same form begun elsewhere; None where it does not fit these parameters."""
+        mine = {name: value for name, value in values.items() if name in self.free}
+        return replace(self, start=self.start | mine) if mine else None
+
+
+def logarithmic(parameter: Parameter) -> bool:
+    """Whether its logarithm is fitted."""
+    return parameter.low > 0 and parameter.high > LOGARITHMIC * parameter.low
+
+
+def unit_of(parameter: Parameter) -> float:
+    """One unit of its coordinate: a size at which it matters."""
+    if parameter.start:
+        return abs(parameter.start)
+    return 0.05 * (parameter.high - parameter.low) if np.isfinite(parameter.high - parameter.low) else 1.0
+
+
+def to_coordinate(parameter: Parameter, value: float) -> float:
+    """A coordinate of order one."""
+    return float(np.log(value / parameter.start)) if logarithmic(parameter) else value / unit_of(parameter)
+
+
+def to_value(parameter: Parameter, x: float) -> float:
+    """The value at a coordinate, within bounds."""
+    value = parameter.start * np.exp(x) if logarithmic(parameter) else x * unit_of(parameter)
+    return float(np.clip(value, parameter.low, parameter.high))
+
+
+def bounds(parameter: Parameter) -> tuple[float, float]:
+    """Of its coordinate."""
+    ends = [to_coordinate(parameter, end) for end in (parameter.low, parameter.high)]
+    return min(ends), max(ends)
+
+
+def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
+    """Every form in which an effect is tried, at each of the values where a fit may begin.
+
+    sizes: how many "zone"s and "bin"s there are; there are as many edges, one before each bin.
+    """
+    sizes = {"edge": sizes["bin"]} | sizes
+    for names in effect.forms or (tuple(p.name for p in effect.parameters),):
+        chosen = [effect.parameter(name) for name in names]
+        gone = {p.name: p.vanishes_at for p in effect.parameters if p.vanishes_at is not None}
+        rest = {p.name: p.start for p in effect.parameters} | gone
+        divided = tuple(p.name for p in chosen if p.axis and p.vanishes_at is not None)
+        many = {p.name: sizes[p.axis] for p in chosen if p.axis}
+        always = tuple(p.name for p in chosen if p.axis in ("bin", "edge"))
+        for values in product(*(p.tries or (p.start,) for p in chosen)):
+            start = rest | dict(zip(names, values, strict=True))
+            if set(divided) - set(always):
+                yield Form(effect, names, always, start, many)
+            yield Form(effect, names, divided, start, many)
+
+
+def all_forms(sizes: dict[str, int], without: tuple[str, ...] = ()) -> list[Form]:
+    """All forms of all effects but those named."""
+    return [
+        form
+        for name, effect in sorted(all_effects().items())
+        if name not in without
+        for form in forms_of(effect, sizes)
+    ]

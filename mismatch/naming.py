@@ -1,0 +1,119 @@
+"""Names for what was found: each effect with its gain on held-out frames, its rivals, its parameters."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mismatch.capture import best_capture
+from mismatch.fit import Fit, on_others
+from mismatch.form import Form, logarithmic, to_value, unit_of
+from mismatch.noise import FrameGains
+from mismatch.places import significance
+from mismatch.poisson import LEAST
+from mismatch.rivals import LEAST_PROBABILITY, Rival, probabilities, rivals
+from mismatch.selection import Round, without
+from mismatch.simulation import Simulation
+from mismatch.verdict import Alternative, Estimate, Named
+
+# A rival that is less probable than this is no reason to measure again, and one capture tells when it gains this.
+WORTH, TELLING = 0.05, 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """An effect in a fit and what may stand in its place. rivals: the likeliest first. chances: of each."""
+
+    form: Form
+    rivals: tuple[Rival, ...]
+    chances: tuple[float, ...]
+
+
+def contested(train: Simulation, test: Simulation, judged: Fit, rounds: list[Round]) -> tuple[Fit, list[Contest]]:
+    """The fit with the likeliest effect in each place, and the contest for each."""
+    contests = []
+    for form in judged.forms:
+        found = rivals(train, test, judged, form, rounds)
+        judged = found[0].fit
+        contests.append(Contest(found[0].form, tuple(found), tuple(probabilities(found))))
+    return judged, contests
+
+
+def name_effects(
+    train: Simulation, test: Simulation, judged: Fit, contests: list[Contest], explained: Fit, tried: int
+) -> tuple[Named, ...]:
+    """Every effect of a fit, the one that gains most on held-out frames first; parameters from all frames."""
+    named = [
+        _name(train, test, judged, contest, explained, tried)
+        for contest in contests
+        if any(contest.form is form for form in judged.forms)
+    ]
+    return tuple(sorted(named, key=lambda one: -one.heldout_gain))
+
+
+def _name(train: Simulation, test: Simulation, judged: Fit, contest: Contest, explained: Fit, tried: int) -> Named:
+    """One effect."""
+    form = contest.form
+    observed, expected_gain, z = gain_of(test, without(train, judged, form), judged)
+    texts = {look.id: look.separated_by for look in form.effect.look_alikes}
+    alternatives = []
+    for rival, chance in zip(contest.rivals[1:], contest.chances[1:], strict=True):
+        if chance >= LEAST_PROBABILITY:
+            name = rival.form.effect.id
+            told = texts.get(name) or _separation(train, contest.rivals[0], rival)
+            alternatives.append(Alternative(name, float(chance), told))
+    return Named(
+        id=form.effect.id,
+        sentence=form.effect.sentence,
+        parameters=estimates(explained, form),
+        heldout_gain=observed,
+        p_value=significance(z, tried),
+        expected_gain=expected_gain,
+        look_alikes=tuple(alternatives),
+    )
+
+
+def gain_of(test: Simulation, less: Fit, fitted: Fit) -> tuple[float, float, float]:
+    """Deviance that a fit gains on frames held out, what it should gain were it true, and the z of its change."""
+    gains = FrameGains(test, fitted.frame_gain_sigma)
+    now, before = on_others(test, less)
+    then, after = on_others(test, fitted)
+    mean, truth = (np.maximum(gains.applied(expected), LEAST) for expected in (now, then))
+    change = truth - mean
+    z = float((change * (test.counts - mean) / mean).sum() / np.sqrt(max(float((change**2 / mean).sum()), 1e-12)))
+    return before - after, 2 * float((truth * np.log(truth / mean) - truth + mean).sum()), z
+
+
+def estimates(fitted: Fit, form: Form) -> tuple[Estimate, ...]:
+    """Parameters of one effect of a fit, in their units."""
+    at = 1
+    for other in fitted.forms:
+        if other is form:
+            break
+        at += len(other.coordinates)
+    out = []
+    for i, (parameter, place) in enumerate(form.coordinates):
+        value = to_value(parameter, fitted.x[at + i])
+        size = abs(value) if logarithmic(parameter) else unit_of(parameter)
+        sigma = float(np.sqrt(max(fitted.covariance[at + i, at + i], 0)))
+        name = parameter.name if place is None else f"{parameter.name}[{place}]"
+        out.append(Estimate(name, value, sigma * size, parameter.unit))
+    return tuple(out)
+
+
+def _separation(train: Simulation, one: Rival, other: Rival) -> str:
+    """The capture that would tell, in a sentence."""
+    capture, won = best_capture(train, one.fit, other.fit)
+    return f"Record {capture.words}: the two would then differ by {won:.0f} in deviance."
+
+
+def next_measurement(train: Simulation, contests: list[Contest]) -> str | None:
+    """The capture that would tell the likeliest look-alikes apart; None where there are none."""
+    close = [(c.chances[1], c.rivals[0], c.rivals[1]) for c in contests if len(c.rivals) > 1 and c.chances[1] > WORTH]
+    if not close:
+        return None
+    _, one, other = max(close, key=lambda entry: entry[0])
+    capture, won = best_capture(train, one.fit, other.fit)
+    names = f"{one.form.effect.id} and {other.form.effect.id}"
+    if won < TELLING:
+        return f"No capture that was simulated would tell {names} apart; record more frames."
+    return f"Record {capture.words}: {names} would then differ by {won:.0f} in deviance over as many frames."

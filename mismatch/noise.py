@@ -1,0 +1,92 @@
+"""Gain that fluctuates from frame to frame: how much the data show, and what it leaves of a misfit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from mismatch.poisson import LEAST, deviance
+from mismatch.simulation import Simulation
+
+MOST_SIGMA = 1.0
+# Twice the log-likelihood by which fluctuation must be better than none: one in ten thousand by chance.
+SHOWN = 15.0
+
+
+@dataclass(frozen=True, eq=False)
+class FrameGains:
+    """Each frame's signal times 1 + u, with u normal of mean 0 and relative standard deviation `sigma`."""
+
+    simulation: Simulation
+    sigma: float
+
+    def _pieces(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Signal (F, P, T), and by frame (F,) the score of u and its information, prior included."""
+        mean = np.maximum(expected, LEAST)
+        signal = np.maximum(expected - self.simulation.background[:, None], 0)
+        score = (signal * (self.simulation.counts / mean - 1)).sum(axis=(1, 2))
+        return signal, score, (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
+
+    def best(self, expected: np.ndarray) -> np.ndarray:
+        """(F,) most likely u."""
+        if not self.sigma:
+            return np.zeros(len(expected))
+        _, score, information = self._pieces(expected)
+        return np.clip(score / information, -0.9, 9)
+
+    def applied(self, expected: np.ndarray) -> np.ndarray:
+        """(F, P, T) expected counts with the frames' own gains at their best."""
+        if not self.sigma:
+            return expected
+        return expected + self.best(expected)[:, None, None] * np.maximum(
+            expected - self.simulation.background[:, None], 0
+        )
+
+    def deviance(self, expected: np.ndarray) -> float:
+        """Deviance with the frames' own gains, and u²/σ² for each."""
+        total = float(deviance(self.simulation.counts, self.applied(expected)).sum())
+        return total + (float((self.best(expected) ** 2).sum()) / self.sigma**2 if self.sigma else 0.0)
+
+    def normal_equations(self, expected: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) score and (N, N) information of coordinates, the frames' gains projected out.
+
+        columns: (F·P·T, N) derivatives of expected counts.
+        """
+        mean = np.maximum(expected, LEAST)
+        weighted = columns / mean.reshape(-1, 1)
+        score = weighted.T @ (self.simulation.counts - mean).ravel()
+        information = columns.T @ weighted
+        if self.sigma:
+            signal, own, own_information = self._pieces(expected)
+            mixed = np.einsum(
+                "fc,fcn->nf", signal.reshape(len(signal), -1), weighted.reshape(len(signal), -1, columns.shape[1])
+            )
+            score = score - mixed @ (own / own_information)
+            information = information - (mixed / own_information) @ mixed.T
+        return score, information
+
+
+def frame_gain_sigma(simulation: Simulation, expected: np.ndarray) -> float:
+    """Relative standard deviation of the frames' gains, 0 where the data show none.
+
+    Maximum likelihood from differences of successive frames: what changes slowly is a cause of its own, not noise.
+    """
+    if len(expected) < 4:
+        return 0.0
+    mean = np.maximum(expected, LEAST)
+    signal = np.maximum(expected - simulation.background[:, None], 0)
+    information = (signal**2 / mean).sum(axis=(1, 2))
+    if not (information > 0).all():
+        return 0.0
+    u = (signal * (simulation.counts / mean - 1)).sum(axis=(1, 2)) / information
+    # Third differences are blind to parabolas.
+    weights = np.array([1, -3, 3, -1]) / np.sqrt(20)
+    differences = np.convolve(u, weights, "valid")
+    poisson = np.convolve(1 / information, weights**2, "valid")
+
+    def loss(log_sigma: float) -> float:
+        variance = np.exp(2 * log_sigma) + poisson
+        return float((np.log(variance) + differences**2 / variance).sum())
+
+    found = minimize_scalar(loss, bounds=(np.log(1e-6), np.log(MOST_SIGMA)), method="bounded")
+    return float(np.exp(found.x)) if loss(-30.0) - found.fun > SHOWN else 0.0

@@ -1,0 +1,212 @@
+"""Score tests: how much better a cause would fit, to first order, after everything already fitted has moved over."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from mismatch.fit import Fit
+from mismatch.form import Form, to_coordinate
+from mismatch.noise import FrameGains
+from mismatch.poisson import LEAST
+from mismatch.simulation import Simulation
+from recordings.refusal import Refusal
+
+# A direction of which less than this is left after projection is one of those already fitted.
+LEFT = 1e-4
+TINY = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """What a form promises.
+
+    form: which. amplitude: (M,) best multiples of its start, to first order: of each strength, or of each
+    zone or bin that has its own. gain: twice the
+    log-likelihood it promises. dof: how many numbers it takes. log_p: logarithm of the chance of such a gain by noise.
+    information: deviance that the form would gain were it there at its start; of those
+    that have their own, the one zone or bin where it shows most.
+    """
+
+    form: Form
+    amplitude: np.ndarray
+    gain: float
+    dof: int
+    log_p: float
+    information: float
+
+
+class Projection:
+    """Whitened counts with a fit's own directions, and the frames' gains, taken out."""
+
+    def __init__(self, simulation: Simulation, fitted: Fit) -> None:
+        self.shape = fitted.expected.shape
+        self.fitted, self.simulation = fitted, simulation
+        gains = FrameGains(simulation, fitted.frame_gain_sigma)
+        self.root = 1 / np.sqrt(np.maximum(gains.applied(fitted.expected), LEAST)).ravel()
+        self.signal = None
+        if gains.sigma:
+            signal = np.maximum(fitted.expected - simulation.background[:, None], 0)
+            white = signal * self.root.reshape(self.shape)
+            self.signal = white, np.sqrt((white**2).sum(axis=(1, 2)) + 1 / gains.sigma**2)
+        own = self.frames_out(fitted.columns * self.root[:, None])
+        scale = np.sqrt((own**2).sum(axis=0))
+        own = own[:, scale > TINY] / scale[scale > TINY]
+        u, s, _ = np.linalg.svd(own, full_matrices=False)
+        self.own = u[:, s > 1e-6 * s.max(initial=0)]
+        self.residual = self.out(
+            self.frames_out((simulation.counts - gains.applied(fitted.expected)).ravel() * self.root)
+        )
+
+    def frames_out(self, white: np.ndarray) -> np.ndarray:
+        """Whitened (F·P·T, ...) less what the frames' gains could make."""
+        if self.signal is None:
+            return white
+        signal, norm = self.signal
+        flat = white.reshape(self.shape[0], -1, *white.shape[1:])
+        part = np.einsum("fc,fc...->f...", signal.reshape(self.shape[0], -1), flat)
+        # Shrunk by the prior: 1 - sqrt(1/σ²/information) of it is taken, so that squares come out as information.
+        inner = (signal**2).sum(axis=(1, 2))
+        taken = (1 - np.sqrt(np.maximum(1 - inner / norm**2, 0))) / np.maximum(inner, TINY)
+        back = (
+            signal.reshape(self.shape[0], -1)[(..., *(None,) * (white.ndim - 1))]
+            * (part * taken[(..., *(None,) * (white.ndim - 1))])[:, None]
+        )
+        return (flat - back).reshape(white.shape)
+
+    def out(self, white: np.ndarray) -> np.ndarray:
+        """Less what the fit's own parameters could make."""
+        return white - self.own @ (self.own.T @ white)
+
+    def divided(self, change: np.ndarray, axis: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Changes of which each "zone", "bin" or "edge" has its own multiple, M of them.
+
+        change: (1, F, P, T), or (2, F, P, T) what moves with the edge before each bin and with the edge after it.
+        (M, M) information and (M,) score of the multiples, projected; and (M,) information before that. No array of
+        cells times M is made: columns are disjoint, those of edges but for their neighbours'.
+        """
+        white = change * self.root.reshape(self.shape)
+        before = _summed(axis, *(white**2)).sum(axis=0)
+        information = np.diag(before)
+        if axis == "edge":
+            # Bin t goes with the edge before it, t, and that after it, t + 1.
+            shared = (white[0] * white[1]).sum(axis=(0, 1))[:-1]
+            information += np.diag(shared, 1) + np.diag(shared, -1)
+        if self.signal is not None:
+            signal, norm = self.signal
+            # By frame and zone, bin or edge: what of the column a frame's gain can make.
+            mixed = _summed(axis, *(white * signal)) / norm[:, None]
+            information = information - mixed.T @ mixed
+        # Taking frames out is symmetric: it is done to the few that columns are multiplied with.
+        own = np.moveaxis(self.frames_out(self.own).reshape(*self.shape, -1), -1, 0)
+        residual = self.frames_out(self.residual).reshape(self.shape)
+        taken = np.array([_summed(axis, *(white * one)).sum(axis=0) for one in own]).reshape(-1, len(before))
+        promised = _summed(axis, *(white * residual)).sum(axis=0)
+        return information - taken.T @ taken, promised, before
+
+    def whitened(self, change: np.ndarray) -> np.ndarray:
+        """A change of expected counts (F·P·T, ...), whitened and projected."""
+        return self.out(self.frames_out(change * self.root[(..., *(None,) * (change.ndim - 1))]))
+
+
+def _summed(axis: str, change: np.ndarray, after: np.ndarray | None = None) -> np.ndarray:
+    """(F, M) sums of cells (F, P, T) that go with each zone, bin or edge. after: what goes with the edge after."""
+    found = change.sum(axis=2 if axis == "zone" else 1)
+    if after is not None:
+        found[:, 1:] += after.sum(axis=1)[:, :-1]
+    return found
+
+
+def change_by_edge(simulation: Simulation, fitted: Fit, form: Form) -> np.ndarray:
+    """(2, F, P, T) change with the edge before each bin and with the edge after it: even and odd edges by turns."""
+    (name,) = form.own
+    gone, start = form.effect.parameter(name).vanishes_at, form.start[name]
+    number = np.arange(form.sizes[name])
+
+    def turn(i: int) -> np.ndarray:
+        moved = replace(form, start=form.start | {name: np.where(number % 2 == i, start, gone)})
+        return change_to(simulation, fitted, moved, form.strengths)
+
+    even, odd = turn(0), turn(1)
+    return np.stack([np.where(number % 2, odd, even), np.where(number % 2, even, odd)])
+
+
+def change_to(simulation: Simulation, fitted: Fit, form: Form, strengths: tuple[str, ...]) -> np.ndarray:
+    """(F, P, T) change of expected counts, beside what is fitted, from nothing to the start of some strengths."""
+    gone = {name: form.effect.parameter(name).vanishes_at for name in form.strengths if name not in strengths}
+    setting = form.effect.at(**(form.start | gone))
+    return simulation.expected(fitted.gain, (*fitted.settings, setting)) - fitted.expected
+
+
+def score(simulation: Simulation, fitted: Fit, projection: Projection, form: Form) -> Score | None:
+    """What a form promises, or None where it can change nothing."""
+    axes = {form.effect.parameter(name).axis for name in form.own}
+    try:
+        if axes:
+            (axis,) = axes
+            if axis == "edge":
+                change = change_by_edge(simulation, fitted, form)
+            else:
+                change = change_to(simulation, fitted, form, form.strengths)[None]
+            information, promised, before = projection.divided(change, axis)
+        else:
+            each = [change_to(simulation, fitted, form, (name,)).ravel() for name in form.strengths]
+            white = projection.whitened(np.stack(each, axis=-1))
+            information, promised = white.T @ white, white.T @ projection.residual
+            before = np.array([((column * projection.root) ** 2).sum() for column in each])
+    except Refusal:
+        return None
+    kept = (np.diag(information) > LEFT**2 * before) & (before > TINY)
+    if not kept.any():
+        return None
+    inner = information[np.ix_(kept, kept)]
+    low, high = (ends[kept] for ends in amplitude_bounds(form, len(kept)))
+    amplitude = np.linalg.lstsq(inner, promised[kept], rcond=1e-10)[0]
+    if ((amplitude < low) | (amplitude > high)).any():
+        amplitude = bounded_least_squares(inner, promised[kept], low, high, np.clip(amplitude, low, high))
+    gain = float(2 * amplitude @ promised[kept] - amplitude @ inner @ amplitude)
+    whole = np.zeros(len(kept))
+    whole[kept] = amplitude
+    dof = int(kept.sum())
+    shown = float(np.diag(information).max() if form.own else kept @ information @ kept)
+    return Score(form, whole, gain, dof, float(chi2.logsf(max(gain, 0), dof)), shown)
+
+
+def amplitude_bounds(form: Form, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """(M,) each: how many times its start each amplitude may be."""
+    ends = []
+    for name in form.strengths:
+        parameter = form.effect.parameter(name)
+        span = form.start[name] - parameter.vanishes_at
+        ends.append(sorted((end - parameter.vanishes_at) / span for end in (parameter.low, parameter.high)))
+    if form.own:
+        ends = [(max(e[0] for e in ends), min(e[1] for e in ends))] * count
+    low, high = np.array(ends).T
+    return low, high
+
+
+def bounded_least_squares(
+    information: np.ndarray, promised: np.ndarray, low: np.ndarray, high: np.ndarray, start: np.ndarray
+) -> np.ndarray:
+    """Maximum of 2·a·b - a·A·a within bounds, coordinate by coordinate."""
+    a = start.copy()
+    for _ in range(50):
+        before = a.copy()
+        for i in range(len(a)):
+            if information[i, i] > 0:
+                a[i] = np.clip(a[i] + (promised[i] - information[i] @ a) / information[i, i], low[i], high[i])
+        if np.abs(a - before).max() < 1e-6:
+            break
+    return a
+
+
+def start_of(form: Form, amplitude: np.ndarray) -> np.ndarray:
+    """Coordinates from which to fit a form that promises these amplitudes."""
+    x = form.at_start()
+    for i, (parameter, place) in enumerate(form.coordinates):
+        if parameter.vanishes_at is None:
+            continue
+        times = amplitude[(place or 0) if form.own else form.strengths.index(parameter.name)]
+        value = parameter.vanishes_at + times * (form.start[parameter.name] - parameter.vanishes_at)
+        x[i] = to_coordinate(parameter, float(np.clip(value, parameter.low, parameter.high)))
+    return x

@@ -1,0 +1,183 @@
+"""Which effects: forward selection on some frames, decided on others."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from mismatch.fit import Fit, fit, fit_nominal, on_others
+from mismatch.form import Form
+from mismatch.noise import FrameGains, frame_gain_sigma
+from mismatch.poisson import LEAST
+from mismatch.score import Projection, Score, score, start_of
+from mismatch.simulation import Simulation
+
+# Chance at which noise is let in, after correction for the number of forms tried.
+SIGNIFICANT = 1e-3
+MOST_EFFECTS = 3
+# So many effects are fitted in full; what ranks lower by the score test is left.
+FITTED = 6
+# Forms that promise less than this part of the most that any promises are left.
+PROMISING = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An effect beside those already chosen, fitted.
+
+    score: what it promised. fit: of the frames that choose. criterion: deviance there, and the price of its parameters
+    (Schwarz 1978). heldout: deviance on the frames that decide. z: how many standard deviations the change it makes
+    stands out of the noise of those frames.
+    observed, expected_gain: what deviance it gains there, and what it should if it were the cause.
+    """
+
+    score: Score
+    fit: Fit
+    criterion: float
+    heldout: float
+    z: float
+    observed: float
+    expected_gain: float
+
+    @property
+    def form(self) -> Form:
+        """Its form."""
+        return self.score.form
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """One step of the selection.
+
+    before: what was fitted. scores: what forms promise beside it, best first. tried: how many forms there were.
+    candidates: those that were fitted, best first by criterion. chosen: the one that was added, None where none was.
+    """
+
+    before: Fit
+    scores: tuple[Score, ...]
+    tried: int
+    candidates: tuple[Candidate, ...]
+    chosen: Candidate | None
+
+
+def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
+    """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
+    projection = Projection(simulation, fitted)
+    forms = [*forms, *suggested(simulation, fitted, forms)]
+    found = [s for s in (score(simulation, fitted, projection, form) for form in forms) if s is not None]
+    best: dict[tuple, Score] = {}
+    for s in found:
+        key = (s.form.effect.id, s.form.free, s.form.own)
+        if key not in best or s.gain > best[key].gain:
+            best[key] = s
+    return sorted(best.values(), key=lambda s: s.log_p), len(found)
+
+
+def suggested(simulation: Simulation, fitted: Fit, forms: list[Form]) -> list[Form]:
+    """Forms begun where the data suggest."""
+    excess, rendering = simulation.counts - fitted.expected, simulation.rendering(fitted.gain)
+    once: dict[tuple, Form] = {}
+    for form in forms:
+        once.setdefault((form.effect.id, form.free, form.own), form)
+    starts = {e.id: e.starts(excess, fitted.expected, rendering) for e in {f.effect for f in once.values()}}
+    begun = (form.beginning(values) for form in once.values() for values in starts[form.effect.id])
+    return [form for form in begun if form is not None]
+
+
+def price(simulation: Simulation) -> float:
+    """Deviance that a parameter must gain to be worth having: logarithm of the number of histograms (BIC)."""
+    return float(np.log(simulation.counts.shape[0] * simulation.counts.shape[1]))
+
+
+def candidate(train: Simulation, test: Simulation, before: Fit, found: Score) -> Candidate:
+    """A form beside those of a fit, fitted on some frames and judged on others."""
+    x = np.concatenate([before.x, start_of(found.form, found.amplitude)])
+    fitted = fit(train, (*before.forms, found.form), x, before.frame_gain_sigma)
+    now, _ = on_others(test, before)
+    then, heldout = on_others(test, fitted)
+    gains = FrameGains(test, before.frame_gain_sigma)
+    mean = np.maximum(gains.applied(now), LEAST)
+    change = gains.applied(then) - mean
+    information = float((change**2 / mean).sum())
+    z = float((change * (test.counts - mean) / mean).sum()) / np.sqrt(max(information, 1e-12))
+    observed = gains.deviance(now) - heldout
+    # If `then` were true, the deviance gained would be twice the divergence of `now` from it.
+    truth = np.maximum(gains.applied(then), LEAST)
+    expected_gain = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
+    criterion = fitted.deviance + price(train) * len(fitted.x)
+    return Candidate(found, fitted, criterion, heldout, z, observed, expected_gain)
+
+
+def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
+    """Add one effect at a time while the frames held out agree; drop what another makes superfluous."""
+    now = fit_nominal(train)
+    now = fit_nominal(train, frame_gain_sigma(train, now.expected))
+    rounds: list[Round] = []
+    for _ in range(MOST_EFFECTS):
+        left = [form for form in forms if form.effect.id not in {f.effect.id for f in now.forms}]
+        scores, tried = ranked(train, now, left)
+        significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]
+        chosen = most_promising(significant)
+        candidates = sorted((candidate(train, test, now, s) for s in chosen), key=lambda c: c.criterion)
+        passed = [c for c in candidates if norm.sf(c.z) * len(chosen) < SIGNIFICANT and c.observed > 0]
+        rounds.append(Round(now, tuple(scores), tried, tuple(candidates), passed[0] if passed else None))
+        if not passed:
+            break
+        now = refreshed(train, without_superfluous(train, passed[0].fit))
+    else:
+        scores, tried = ranked(train, now, forms)
+        rounds.append(Round(now, tuple(scores), tried, (), None))
+    return rounds
+
+
+def most_promising(scores: list[Score]) -> list[Score]:
+    """For each of the effects that promise most, its forms that promise most."""
+    effects: list[str] = []
+    chosen = []
+    best = max((s.gain for s in scores), default=0.0)
+    for s in scores:
+        if s.gain < PROMISING * best:
+            continue
+        name = s.form.effect.id
+        if name not in effects:
+            if len(effects) == FITTED:
+                continue
+            effects.append(name)
+        if sum(c.form.effect.id == name for c in chosen) < 2:
+            chosen.append(s)
+    return chosen
+
+
+def without(simulation: Simulation, fitted: Fit, form: Form) -> Fit:
+    """The fit less one effect, fitted anew."""
+    kept = tuple(other for other in fitted.forms if other is not form)
+    x = np.concatenate([fitted.x[:1], *(coordinates(fitted, other) for other in kept)])
+    return fit(simulation, kept, x, fitted.frame_gain_sigma)
+
+
+def without_superfluous(train: Simulation, fitted: Fit) -> Fit:
+    """The fit less every earlier effect whose absence costs less than its parameters' price."""
+    for form in fitted.forms[:-1]:
+        less = without(train, fitted, form)
+        if less.deviance - fitted.deviance < price(train) * len(form.coordinates):
+            return without_superfluous(train, less)
+    return fitted
+
+
+def coordinates(fitted: Fit, form: Form) -> np.ndarray:
+    """Those of one form in a fit."""
+    at = 1
+    for other in fitted.forms:
+        count = len(other.coordinates)
+        if other is form:
+            return fitted.x[at : at + count]
+        at += count
+    raise ValueError(form.name)
+
+
+def refreshed(train: Simulation, fitted: Fit) -> Fit:
+    """The fit with the frames' fluctuation that is left beside its effects."""
+    sigma = frame_gain_sigma(train, fitted.expected)
+    if sigma == fitted.frame_gain_sigma:
+        return fitted
+    return fit(train, fitted.forms, fitted.x, sigma)

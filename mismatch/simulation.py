@@ -1,0 +1,81 @@
+"""A recording beside its simulation: the same frames, under any effects."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from physics.clock import Clock
+from physics.effect import Setting
+from physics.footprint import Footprints
+from physics.light import Light, Return
+from physics.nominal import ForwardModel
+from physics.rendering import Rendering
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """F frames that were recorded, and the model of them.
+
+    counts: (F, P, T). light, footprints, clock, background: as `ForwardModel` takes them. given: effects that are known
+    to be there. frames: (F,) which of the whole recording's frames these are. whole: the recording they are of, None
+    where they are all. dead: (P,) zones that count nothing and are not judged, None where all are alive.
+    """
+
+    counts: np.ndarray
+    light: Light
+    footprints: Footprints
+    clock: Clock
+    background: np.ndarray
+    frames: np.ndarray
+    given: tuple[Setting, ...] = ()
+    whole: "Simulation | None" = None
+    dead: np.ndarray | None = None
+
+    @cached_property
+    def model(self) -> ForwardModel:
+        """The forward model of these frames."""
+        return ForwardModel(self.light, self.footprints, self.clock, self.background)
+
+    def expected(self, gain: float, effects: tuple[Setting, ...] = ()) -> np.ndarray:
+        """(F, P, T) expected counts with these effects and those that are given."""
+        own = {setting.effect.id for setting in effects}
+        together = (*(setting for setting in self.given if setting.effect.id not in own), *effects)
+        if self.whole is not None and any(s.effect.reaches(s.values) for s in together):
+            return self.whole.expected(gain, effects)[self.frames]
+        expected = self.model.expected(gain, together)
+        if self.dead is not None and self.dead.any():
+            expected = np.where(self.dead[:, None], 0.0, expected)
+        return expected
+
+    def rendering(self, gain: float) -> Rendering:
+        """Scene and sensor as effects are given them."""
+        return Rendering(self.light, self.footprints, self.clock, gain, background=self.background[:, None])
+
+    def of(self, chosen: np.ndarray) -> "Simulation":
+        """Some of the frames, by index (N,)."""
+        light = self.light
+        returns = tuple(Return(way.range_m[chosen], way.strength[chosen]) for way in light.returns)
+        part = replace(
+            light,
+            time_s=light.time_s[chosen],
+            laser_cycles=None if light.laser_cycles is None else light.laser_cycles[chosen],
+            range_m=light.range_m[chosen],
+            reflectance=light.reflectance[chosen],
+            cosine=light.cosine[chosen],
+            returns=returns,
+            missing=light.missing[chosen],
+        )
+        clock, where = self.clock, self.footprints
+        if np.ndim(clock.time_zero_s) == 2:
+            clock = replace(clock, time_zero_s=clock.time_zero_s[chosen])
+        whole = self if self.whole is None else self.whole
+        return replace(
+            self,
+            counts=self.counts[chosen],
+            light=part,
+            clock=clock,
+            footprints=where,
+            frames=self.frames[chosen],
+            whole=whole,
+        )
