@@ -17,7 +17,7 @@ from mismatch.naming import contested, name_effects, next_measurement
 from mismatch.noise import FrameGains
 from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST
-from mismatch.selection import SIGNIFICANT, Round, select
+from mismatch.selection import MINOR, MINOR_PART, SIGNIFICANT, Round, select
 from mismatch.simulation import Simulation
 from mismatch.tables import tables
 from mismatch.verdict import Deviance, Verdict
@@ -73,7 +73,9 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     won = on_others(test, first)[1] - on_others(test, judged)[1]
     missing = remains + len(judged.x) - 1
     kind = "explained" if judged.forms else "agrees"
-    if left and not (judged.forms and remains < NEGLIGIBLE * won):
+    # What another formula of the same cause would take up.
+    small = rounds[-1].minor is not None and remains < max(MINOR, MINOR_PART * won)
+    if left and not (judged.forms and (small or remains < NEGLIGIBLE * won)):
         kind = "unknown"
     verdict = Verdict(
         verdict=kind,

@@ -109,7 +109,7 @@ def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
 
     sizes: how many "zone"s and "bin"s there are; there are as many edges, one before each bin.
     """
-    sizes = {"edge": sizes["bin"]} | sizes
+    sizes = sizes | {"edge": sizes["bin"]}
     for names in effect.forms or (tuple(p.name for p in effect.parameters),):
         chosen = [effect.parameter(name) for name in names]
         gone = {p.name: p.vanishes_at for p in effect.parameters if p.vanishes_at is not None}

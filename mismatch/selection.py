@@ -9,7 +9,8 @@ from mismatch.fit import Fit, fit, fit_nominal, on_others
 from mismatch.form import Form
 from mismatch.noise import FrameGains, frame_gain_sigma
 from mismatch.poisson import LEAST
-from mismatch.score import Projection, Score, score, start_of
+from mismatch.projection import Projection
+from mismatch.score import Score, score, start_of
 from mismatch.simulation import Simulation
 
 # Chance at which noise is let in, after correction for the number of forms tried.
@@ -17,6 +18,9 @@ SIGNIFICANT = 1e-3
 MOST_EFFECTS = 3
 # So many effects are fitted in full; what ranks lower by the score test is left.
 FITTED = 6
+# A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
+# is no name: two formulas of one cause differ by as much.
+MINOR, MINOR_PART = 60.0, 0.08
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
 
@@ -51,6 +55,7 @@ class Round:
 
     before: what was fitted. scores: what forms promise beside it, best first. tried: how many forms there were.
     candidates: those that were fitted, best first by criterion. chosen: the one that was added, None where none was.
+    minor: one that was not added because it gains too little beside others to be a cause of its own.
     """
 
     before: Fit
@@ -58,6 +63,7 @@ class Round:
     tried: int
     candidates: tuple[Candidate, ...]
     chosen: Candidate | None
+    minor: Candidate | None = None
 
 
 def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
@@ -113,6 +119,7 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
     now = fit_nominal(train)
     now = fit_nominal(train, frame_gain_sigma(train, now.expected))
     rounds: list[Round] = []
+    won = 0.0
     for _ in range(MOST_EFFECTS):
         left = [form for form in forms if form.effect.id not in {f.effect.id for f in now.forms}]
         scores, tried = ranked(train, now, left)
@@ -120,10 +127,15 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
         chosen = most_promising(significant)
         candidates = sorted((candidate(train, test, now, s) for s in chosen), key=lambda c: c.criterion)
         passed = [c for c in candidates if norm.sf(c.z) * len(chosen) < SIGNIFICANT and c.observed > 0]
-        rounds.append(Round(now, tuple(scores), tried, tuple(candidates), passed[0] if passed else None))
-        if not passed:
+        best = passed[0] if passed else None
+        if best is not None and now.forms and best.observed < max(MINOR, MINOR_PART * won):
+            rounds.append(Round(now, tuple(scores), tried, tuple(candidates), None, best))
             break
-        now = refreshed(train, without_superfluous(train, passed[0].fit))
+        rounds.append(Round(now, tuple(scores), tried, tuple(candidates), best))
+        if best is None:
+            break
+        won += best.observed
+        now = refreshed(train, without_superfluous(train, best.fit))
     else:
         scores, tried = ranked(train, now, forms)
         rounds.append(Round(now, tuple(scores), tried, (), None))

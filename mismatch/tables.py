@@ -9,7 +9,7 @@ from mismatch.covariates import covariates
 from mismatch.fit import Fit
 from mismatch.noise import FrameGains
 from mismatch.poisson import LEAST
-from mismatch.score import Projection
+from mismatch.projection import Projection
 from mismatch.simulation import Simulation
 
 # Groups in which fewer counts are expected are left out: their noise is not normal.

@@ -68,8 +68,9 @@ class Effect:
     sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
     forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
 
-    The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals` and `expected`: each takes the
-    parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random numbers,
+    The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
+    takes the parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random
+    numbers,
     work on all frames at once, are continuous in every parameter, and leave the field as it was where the parameters
     vanish. One that mixes frames says how far it looks by `reach`.
     """

@@ -9,13 +9,20 @@ from physics.light import Light, Return
 from physics.workers import in_parallel
 from recordings.refusal import Refusal
 
+# Where range changes between two frames by more than this part of itself, beyond what most of the image does, an edge
+# has passed.
+JUMP = 0.05
+
 
 def light_at(light: Light, time_s: np.ndarray) -> Light:
     """The light at `time_s` (F,), seconds as in `light.time_s`: pixel by pixel linear between the frames around it.
 
     Before the first frame and after the last it is theirs. Where a value is known in one of the two frames alone it is
     that one's; strength, which is 0 where nothing is known, still rises or fades in between, so that light is
-    continuous in time. `time_s` and `laser_cycles` of the frames stay.
+    continuous in time. Where range jumps from one frame to the next, by more than `JUMP` beyond the median pixel, an
+    edge has passed, and between its two sides there is no surface: what the first frame's surface returns fades while
+    that of the second rises, as a return of its own. Range, reflectance and cosine, by which other effects go, stay
+    in between. `time_s` and `laser_cycles` of the frames stay.
     """
     lower, upper, part = _around(np.asarray(light.time_s, float), np.asarray(time_s, float))
     made: dict[int, np.ndarray] = {}
@@ -27,7 +34,8 @@ def light_at(light: Light, time_s: np.ndarray) -> Light:
             made[id(values)] = out
         return made[id(values)]
 
-    returns = tuple(Return(between(way.range_m, 0), between(way.strength, -np.inf)) for way in light.returns)
+    faded, risen = zip(*(_passed(way, lower, upper, part) for way in light.returns), strict=True)
+    returns = (*faded, *(way for way in risen if way.strength.any()))
     ranges = between(light.range_m, 0)
     albedo, cosine = between(light.reflectance, -np.inf), between(light.cosine, -np.inf)
     missing = np.count_nonzero(~(ranges > 0) | np.isnan(albedo) | np.isnan(cosine), axis=(1, 2))
@@ -46,6 +54,39 @@ def _around(frames_s: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.nd
     span = frames_s[upper] - frames_s[lower]
     part = np.clip((time_s - frames_s[lower]) / np.where(span > 0, span, 1), 0, 1)
     return lower, upper, np.where(upper > lower, part, 0.0)
+
+
+def _passed(way: Return, lower: np.ndarray, upper: np.ndarray, part: np.ndarray) -> tuple[Return, Return]:
+    """A way of light between frames, and what of it rises where its range jumps."""
+    faded, risen = (Return(np.empty_like(way.range_m), np.empty_like(way.strength)) for _ in range(2))
+
+    def one(i: int) -> None:
+        before, after = ((way.range_m[j], way.strength[j]) for j in (lower[i], upper[i]))
+        _mix(before[0], after[0], part[i], 0, faded.range_m[i])
+        _mix(before[1], after[1], part[i], -np.inf, faded.strength[i])
+        typical = _typical_ratio(before[0], after[0]) if part[i] > 0 else 1.0
+        _part(*before, *after, part[i], typical, *((of.range_m[i], of.strength[i]) for of in (faded, risen)))
+
+    in_parallel(one, range(len(part)))
+    return faded, risen
+
+
+def _typical_ratio(before: np.ndarray, after: np.ndarray) -> float:
+    """Median over pixels of range after over range before; 1 where none is known in both. All that nears is no edge."""
+    both = (before > 0) & (after > 0)
+    return float(np.median(after[both] / before[both])) if both.any() else 1.0
+
+
+@njit(nogil=True, cache=True)
+def _part(range_before, sent_before, range_after, sent_after, part, typical, faded, risen):
+    """Part the light of one frame in two where its range jumps. faded, risen: (H, W) range and strength of each."""
+    for v in range(range_before.shape[0]):
+        for u in range(range_before.shape[1]):
+            a, b = range_before[v, u], range_after[v, u]
+            risen[0][v, u], risen[1][v, u] = faded[0][v, u], 0
+            if part > 0 and a > 0 and b > 0 and max(b / (a * typical), a * typical / b) > 1 + JUMP:
+                faded[0][v, u], faded[1][v, u] = a, (1 - part) * sent_before[v, u]
+                risen[0][v, u], risen[1][v, u] = b, part * sent_after[v, u]
 
 
 @njit(nogil=True, cache=True)

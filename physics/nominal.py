@@ -31,8 +31,8 @@ class ForwardModel:
     def __init__(
         self, light: Light, footprints: Footprints, clock: Clock, background: np.ndarray | float | None = None
     ) -> None:
-        self._start = Rendering(light, footprints, clock, gain=1.0)
-        self._background = np.atleast_1d(np.asarray(0.0 if background is None else background, float))[:, None]
+        level = np.atleast_1d(np.asarray(0.0 if background is None else background, float))[:, None]
+        self._start = Rendering(light, footprints, clock, gain=1.0, background=level)
         self._kept: dict[str, tuple[tuple, Any]] = {}
 
     def expected(self, gain: float = 1.0, effects: Iterable[Setting] = ()) -> np.ndarray:
@@ -45,17 +45,18 @@ class ForwardModel:
                 now = replace(now, arrivals=bare)
             if noun == "expected":
                 signal = self._once("signal", key, now.arrivals.binned)
-                now = replace(now, expected=gain * signal + self._background)
+                now = replace(now, expected=gain * signal + now.background)
             acting = [setting for setting in settings if noun in setting.effect.changes]
             if acting:
                 # How bright it is may matter to when light is registered.
-                key = (*key, noun, gain if noun == "arrivals" else None, *(setting.key for setting in acting))
+                if noun != "background":  # The signal does not depend on it.
+                    key = (*key, noun, gain if noun == "arrivals" else None, *(setting.key for setting in acting))
                 now = replace(now, **{noun: self._once(noun, key, partial(_through, now, acting, noun))})
         return now.expected
 
     def _once(self, name: str, key: tuple, make: Callable[[], Any]) -> Any:
         """What `make` makes, or made the last time under this key; expected counts depend on more than keys say."""
-        if name == "expected":
+        if name in ("background", "expected"):
             return make()
         if name not in self._kept or self._kept[name][0] != key:
             self._kept[name] = key, make()

@@ -10,7 +10,7 @@ from physics.footprint import Footprints
 from physics.light import Light
 
 # In the order in which they come to be.
-NOUNS = ("light", "footprints", "clock", "arrivals", "expected")
+NOUNS = ("light", "footprints", "clock", "arrivals", "background", "expected")
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +19,8 @@ class Rendering:
 
     light: what the scene sends back. footprints: where zones look. clock: how time is registered.
     arrivals: light by zone and time of arrival, before pulse and bins. gain: counts per unit of light.
-    expected: (F, P, T) counts, background included.
+    background: (P, 1) or (F, P, 1) counts per bin that no laser sent, or one number. expected: (F, P, T) counts,
+    background included.
     """
 
     light: Light
@@ -28,3 +29,4 @@ class Rendering:
     gain: float
     arrivals: Arrivals | None = None
     expected: np.ndarray | None = None
+    background: np.ndarray | float = 0.0

@@ -1,4 +1,4 @@
-"""`difflidar demo`: a simulated patch scan, calibrated, with pictures and a session to look at."""
+"""`difflidar demo`: a simulated patch scan, calibrated; and a cause concealed in a recording, found."""
 
 import sys
 from pathlib import Path
@@ -16,7 +16,7 @@ LEAST = 160  # positions, of which a sixteenth still makes a map
 @click.option("--grid", default="80x45", show_default=True, metavar="COLUMNSxROWS", help="Positions of the scan.")
 @click.option("--seed", default=0, show_default=True, help="Of everything random.")
 def command(out, grid, seed):
-    """Walk through a calibration: simulate a scan of a TMF8828, calibrate it from its files, check it, show it."""
+    """Simulate a scan of a TMF8828, calibrate it from its files, check it, show it; conceal a cause and find it."""
     import numpy as np
 
     from calibrate.calibration import calibrate
@@ -27,6 +27,7 @@ def command(out, grid, seed):
     from calibrate.sparse import sparse_scans
     from calibrate.summary import summarise
     from difflidar.commands.calibrate import draw, show
+    from difflidar.demo_concealed import conceal, find
     from recordings.files import load, save
     from recordings.maps_file import save_maps
     from recordings.refusal import Refusal
@@ -67,6 +68,14 @@ def command(out, grid, seed):
     save_sparse_curve(out / "sparse.png", shorter)
     images = map_images(result.kernel, result.maps)
     save_scan_session(out / "session.rrd", scan, result, images, summarise(result, 0.1).sentences, bar)
+    cause = conceal(out / "maps.npz", out / "concealed.rrd", np.random.default_rng([seed, 1]))
+    named = find(out / "maps.npz", out / "concealed.rrd", out / "explained")
+    say(
+        f"\nA recording in which {cause} was concealed: `difflidar explain` named {', '.join(named) or 'nothing'}; "
+        f"see {out / 'explained' / 'report.html'}.",
+        highlight=False,
+        soft_wrap=True,
+    )
     say(
         f"\nIn {out}: overlay.png, sparse.png, maps.npz, scan.rrd, background.rrd, and session.rrd to look through:\n"
         f"  {Path(sys.executable).with_name('rerun')} {out / 'session.rrd'}",

@@ -15,14 +15,17 @@ MOST_VALUES = 4  # of one parameter that are printed
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
+@click.argument("other", required=False, type=click.Path(path_type=Path))
 @click.option("--calibration", "maps", type=click.Path(path_type=Path), help="Response maps, .npz; default: its own.")
 @click.option("--sensor", type=click.Path(path_type=Path), help="A sensor.json; default: as recorded.")
 @click.option("--mesh", type=click.Path(path_type=Path), help="Shape of the target, where no depth was recorded.")
 @click.option("--zones", type=click.Path(path_type=Path), help="Where zones look, where no maps were measured.")
 @click.option("--out", type=click.Path(path_type=Path), help=f"Folder that receives {', '.join(FILES)}.")
 @click.option("--json", "as_json", is_flag=True, help="Print verdict.json and nothing else.")
-def command(recording, maps, sensor, mesh, zones, out, as_json):
+def command(recording, other, maps, sensor, mesh, zones, out, as_json):
     """Compare RECORDING with its simulation and name the physics that the simulation lacks.
+
+    Given two calibrations of one sensor, A.npz and B.npz, it names what makes them disagree.
 
     The verdict is one of three: they agree; they differ and named effects explain it; they differ and no known effect
     explains it. The exit status is 0 whatever the verdict.
@@ -32,6 +35,11 @@ def command(recording, maps, sensor, mesh, zones, out, as_json):
 
     if out is not None:
         expect_folder(out)
+    if other is not None:
+        from difflidar.explain_pair import explain_pair
+
+        explain_pair(recording, other, out, as_json)
+        return
     with waiting():
         simulation, assumed, notes = open_simulation(recording, maps, sensor, mesh=mesh, zones=zones)
         found = explain(simulation, notes)

@@ -103,7 +103,7 @@ def _setting(
             size = rng.uniform(0.2, 1.8, nominal.shape[1]) * (
                 rng.choice([-1, 1], nominal.shape[1]) if p.low < p.vanishes_at else 1
             )
-        if p.axis == "bin":
+        if p.axis in ("bin", "edge"):
             size = rng.normal(size=nominal.shape[2])
         values[name] = p.vanishes_at + sign * (p.start - p.vanishes_at) * (size if p.axis and np.ptp(size) else size[0])
 

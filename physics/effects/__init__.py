@@ -52,7 +52,7 @@ def fault_of(effect: object, name: str) -> str | None:
     if getattr(effect, "acts_on", None) not in STAGES:
         return f"acts on {getattr(effect, 'acts_on', None)!r}, expected one of {', '.join(STAGES)}"
     if not effect.changes:
-        return "changes nothing, expected a method light, footprints, clock, arrivals or expected"
+        return "changes nothing, expected a method light, footprints, clock, arrivals, background or expected"
     if all(parameter.vanishes_at is None for parameter in effect.parameters):
         return "never vanishes, expected a parameter with vanishes_at"
     return None

@@ -26,6 +26,7 @@ class Afterpulsing(Effect):
         LookAlike("ambient_pedestal", "Cover the emitter: a pedestal stays, afterpulses of the laser's light go."),
         LookAlike("multipath", "Take the target out of the corner: the echo stays, a second bounce goes."),
     )
+    forms = (("probability", "tau"), ("probability", "tau", "dead"))
     parameters = (
         Parameter(
             "probability",
@@ -49,9 +50,9 @@ class Afterpulsing(Effect):
             "dead",
             unit="s",
             low=0.0,
-            high=1e-7,
+            high=2e-8,
             start=0.0,
-            tries=(0.0, 3e-9),
+            tries=(5e-10, 3e-9),
             sentence="How long after an event's bin none is released or counted.",
         ),
     )

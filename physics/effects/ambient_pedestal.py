@@ -7,7 +7,10 @@ from physics.rendering import Rendering
 
 
 class AmbientPedestal(Effect):
-    """Photons that no laser sent arrive evenly in time: as many more in every bin."""
+    """Photons that no laser sent arrive evenly in time: level + growth·t more in every bin, t seconds into the session.
+
+    A background that is less than recorded, which negative growth may come to, is never less than none.
+    """
 
     id = "ambient_pedestal"
     acts_on = "detector"
@@ -20,6 +23,7 @@ class AmbientPedestal(Effect):
         ),
         LookAlike("afterpulsing", "Cover the emitter: a pedestal stays, afterpulses go."),
     )
+    forms = (("level",), ("level", "growth"))
     parameters = (
         Parameter(
             "level",
@@ -31,11 +35,21 @@ class AmbientPedestal(Effect):
             axis="zone",
             sentence="Counts per bin and frame beyond the recorded background.",
         ),
+        Parameter(
+            "growth",
+            unit="counts/s",
+            low=-1e6,
+            high=1e6,
+            start=1.0,
+            vanishes_at=0.0,
+            sentence="Counts per bin and frame by which it is more after a second, in all zones.",
+        ),
     )
 
-    def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """As many counts more in each bin of a zone."""
-        return rendering.expected + np.atleast_1d(values["level"])[:, None]
+    def background(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """(F, P, 1) as many counts more in each bin of a zone."""
+        grown = values["growth"] * rendering.light.time_s[:, None, None]
+        return np.maximum(rendering.background + np.atleast_1d(values["level"])[:, None] + grown, 0)
 
 
 effect = AmbientPedestal()

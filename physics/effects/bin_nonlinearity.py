@@ -9,14 +9,16 @@ from physics.rendering import Rendering
 
 
 class BinNonlinearity(Effect):
-    """The edge before bin t of T is displaced by edge_t + alternation · (-1)^t + slope · T/π · sin(π·t/T) bins.
+    """The edge before bin t of T is displaced by edge_t + alternation · (-1)^t + slope · T/π · sin(π·t/T) +
+    wave_sin · sin(2π·t/period) + wave_cos · (cos(2π·t/period) - 1) bins.
 
     Bins of unequal width are displaced edges: a converter's delays add up, so that an edge lies where the widths before
     it end. Odd and even bins differ where a converter counts both flanks of a clock of unequal halves; the slow part
-    bends the whole scale. Signal between the displaced edges is read off its cumulative, which the arrivals give step
-    by step of the pulse; what other effects and the background add is known by bin only, and is taken to be monotone
-    cubic between the true edges. Every count is kept, for the outermost edges stay, and none turns negative; an edge
-    that would lie before the one before it lies there.
+    bends the whole scale; a wave is that of a converter that interpolates between the ticks of a slower clock, and
+    begins with nothing at the first edge, as widths that add up do. Signal between the displaced edges is read off its
+    cumulative, which the arrivals give step by step of the pulse; what other effects and the background add is known by
+    bin only, and is taken to be monotone cubic between the true edges. Every count is kept, for the outermost edges
+    stay, and none turns negative; an edge that would lie before the one before it lies there.
     """
 
     id = "bin_nonlinearity"
@@ -28,7 +30,7 @@ class BinNonlinearity(Effect):
         ),
         LookAlike("bin_phase", "Cover the emitter and look at the ambient pedestal: only unequal bins show there."),
     )
-    forms = (("edge",), ("alternation", "slope"))
+    forms = (("edge",), ("alternation", "slope"), ("wave_sin", "wave_cos", "period"))
     parameters = (
         Parameter(
             "edge",
@@ -58,6 +60,17 @@ class BinNonlinearity(Effect):
             vanishes_at=0.0,
             sentence="By how much the first bin is wider and the last one narrower.",
         ),
+        Parameter("wave_sin", "bins", -0.4, 0.4, 0.05, "Sine of a displacement that comes and goes.", vanishes_at=0.0),
+        Parameter("wave_cos", "bins", -0.4, 0.4, 0.05, "Cosine of it, less 1.", vanishes_at=0.0),
+        Parameter(
+            "period",
+            unit="bins",
+            low=3.0,
+            high=200.0,
+            start=16.0,
+            tries=(6.0, 9.0, 12.0, 16.0, 24.0, 40.0),
+            sentence="Bins from one wave to the next.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -82,6 +95,8 @@ def _edges(values: Values, bins: int) -> np.ndarray:
     """(T + 1,) where the edges are, in bins."""
     even = np.arange(bins + 1.0)
     moved = even + values["slope"] * bins / np.pi * np.sin(np.pi * even / bins) + values["alternation"] * (-1) ** even
+    angle = 2 * np.pi * even / values["period"]
+    moved += values["wave_sin"] * np.sin(angle) + values["wave_cos"] * (np.cos(angle) - 1)
     moved[:-1] += values["edge"]
     moved[0] = 0
     moved = np.maximum.accumulate(np.minimum(moved, bins))

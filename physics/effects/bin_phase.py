@@ -18,6 +18,9 @@ class BinPhase(Effect):
 
     The first harmonic of what a later step makes of a sampled pulse: the largest of the bins, for one, is lower where
     the pulse is shared by two. Ambient light and what else has no time arrives at all phases alike and stays.
+
+    Where that step looks at the pulse of a zone and frame as a whole, all of its light counts
+    1 + whole · cos(2π(t̄/bin_width − phase)) times, t̄ the mean nominal arrival of light that the window can see.
     """
 
     id = "bin_phase"
@@ -31,6 +34,7 @@ class BinPhase(Effect):
         ),
         LookAlike("reflectance_map", "Step one target by half a bin of range: its reflectance is what it was."),
     )
+    forms = (("depth", "phase"), ("whole", "phase"))
     parameters = (
         Parameter(
             "depth",
@@ -42,12 +46,21 @@ class BinPhase(Effect):
             sentence="By what part counts at the best phase exceed their mean.",
         ),
         Parameter(
+            "whole",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.05,
+            vanishes_at=0.0,
+            sentence="The same where all light of a zone and frame goes by the phase of its mean arrival.",
+        ),
+        Parameter(
             "phase",
             unit="bins",
             low=0.0,
             high=1.0,
             start=0.25,
-            tries=(1 / 6, 1 / 2, 5 / 6),  # One of them is less than a quarter of a turn away.
+            tries=(0.0, 0.25, 0.5, 0.75),  # One of them is at most an eighth of a turn away.
             sentence="Where in its bin the pulse counts most: 0 at either edge, 0.5 in the middle.",
         ),
     )
@@ -65,7 +78,13 @@ class BinPhase(Effect):
         turns = knots_s / rendering.clock.bin_width_s - values["phase"]
         # Light between two knots meets the wave's chord, which is flatter than the wave by sinc².
         wave = np.cos(2 * np.pi * turns) / np.sinc(1 / lattice.per_bin) ** 2
-        return replace(arrivals, light=arrivals.light * np.maximum(1 + values["depth"] * wave, 0))
+        times = 1 + values["depth"] * wave
+        if values["whole"]:
+            received = arrivals.light.sum(axis=-1, keepdims=True)
+            # Light given to two knots in proportion keeps its mean time.
+            mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
+            times = times * (1 + values["whole"] * np.cos(2 * np.pi * mean))
+        return replace(arrivals, light=arrivals.light * np.maximum(times, 0))
 
 
 effect = BinPhase()

@@ -7,20 +7,27 @@ from physics.rendering import Rendering
 
 
 class GainDrift(Effect):
-    """After t seconds there are exp(rate·t + warmup·exp(-t/τ)) times the counts, background included.
+    """After t seconds there are g(t) = exp(rate·t + curve·t² + warmup·exp(-t/τ)) times the counts of laser light.
 
-    A factor that stays positive; a laser that warms up settles exponentially.
+    A factor that stays positive; a laser that warms up settles exponentially. The background has g(t)^background times
+    its counts: the laser's power leaves it as it is (0), the detector's sensitivity drifts for both alike (1).
     """
 
     id = "gain_drift"
     acts_on = "detector"
-    sentence = "Laser power or sensitivity changes in the course of the session, and all counts with it."
+    sentence = "Laser power or sensitivity changes in the course of the session, and the counts with it."
     look_alikes = (
         LookAlike("reflectance_map", "Look at one surface again at the end: drift goes with time, not with the place."),
         LookAlike("pile_up", "Compare dark and bright targets in one frame: drift scales both, pile-up the bright."),
         LookAlike("zone_gain", "Repeat the first frame at the end of the session: a gain of zones is what it was."),
     )
-    forms = (("rate",), ("warmup", "tau"))
+    forms = (
+        ("rate",),
+        ("rate", "background"),
+        ("warmup", "tau"),
+        ("warmup", "tau", "background"),
+        ("rate", "curve", "background"),
+    )
     parameters = (
         Parameter(
             "rate",
@@ -29,7 +36,16 @@ class GainDrift(Effect):
             high=10.0,
             start=0.01,
             vanishes_at=0.0,
-            sentence="Relative change of all counts per second, compounded.",
+            sentence="Relative change of the counts per second, compounded.",
+        ),
+        Parameter(
+            "curve",
+            unit="1/s^2",
+            low=-10.0,
+            high=10.0,
+            start=1e-3,
+            vanishes_at=0.0,
+            sentence="Half of what the rate changes by in a second.",
         ),
         Parameter(
             "warmup",
@@ -49,13 +65,26 @@ class GainDrift(Effect):
             tries=(0.3, 1.0, 3.0, 30.0),
             sentence="Time constant of the warming up.",
         ),
+        Parameter(
+            "background",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.0,
+            tries=(0.0, 1.0),
+            sentence="Share of the drift that the background has: 0 where the laser drifts, 1 where the detector does.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """Every frame times the factor of its time."""
-        time_s = rendering.light.time_s
-        change = values["rate"] * time_s + values["warmup"] * np.exp(-time_s / values["tau"])
-        return rendering.expected * np.exp(change)[:, None, None]
+        """Signal and background of every frame times the factors of its time."""
+        time_s = rendering.light.time_s[:, None, None]
+        change = (values["rate"] + values["curve"] * time_s) * time_s
+        change = change + values["warmup"] * np.exp(-time_s / values["tau"])
+        # Of what an effect before this one has taken away there cannot be more than there is.
+        background = np.minimum(rendering.background, rendering.expected)
+        signal = rendering.expected - background
+        return signal * np.exp(change) + background * np.exp(values["background"] * change)
 
 
 effect = GainDrift()

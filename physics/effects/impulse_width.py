@@ -11,6 +11,9 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.pulse import CORE_REACH, ImpulseResponse
 from physics.rendering import Rendering
 
+# Less of a step than this is nothing, and its square would be too small for a number.
+NARROWEST = 1e-9
+
 
 class ImpulseWidth(Effect):
     """The impulse response is stretched about its mean time by the factor 1 + broader, then blurred by `jitter`.
@@ -79,7 +82,7 @@ def _stretched(pulse: ImpulseResponse, factor: float) -> ImpulseResponse:
 
 def _blurred(pulse: ImpulseResponse, sigma_s: float) -> ImpulseResponse:
     """The pulse convolved with a normal density; exact at the edges for a response even within its steps."""
-    sigma = sigma_s / pulse.step_s
+    sigma = max(sigma_s / pulse.step_s, NARROWEST)
     reach = int(np.ceil(CORE_REACH * sigma)) + 1
     at = np.arange(-reach - 1, reach + 2.0)
     # Integral of the normal cumulative: its second difference is the share of a step that falls into each other step.

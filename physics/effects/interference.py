@@ -4,6 +4,7 @@ import numpy as np
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+from physics.tracks import straight_tracks
 
 
 class Interference(Effect):
@@ -55,24 +56,8 @@ class Interference(Effect):
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess."""
-        clock, time_s = rendering.clock, rendering.light.time_s
-        by_frame = excess.sum(axis=1) / np.sqrt(np.maximum(expected.sum(axis=1), 1))
-        bins, lasted = by_frame.shape[1], max(float(np.ptp(time_s)), 1e-9)
-        # Lines that cross the window once at most; neighbours differ by a bin at the end of the session.
-        slopes = np.arange(-bins, bins + 1, 2)
-        moved = np.rint(slopes[:, None] * (time_s - time_s[0]) / lasted).astype(int)
-        found = []
-        for i, shift in enumerate(moved):
-            at = np.arange(-bins, 2 * bins)[:, None] + shift
-            inside = (at >= 0) & (at < bins)
-            along = np.where(inside, by_frame[np.arange(len(shift)), np.clip(at, 0, bins - 1)], 0.0).sum(axis=1)
-            score = along / np.sqrt(np.maximum(inside.sum(axis=1), len(shift) / 4))
-            best = int(np.argmax(score))
-            first = best - bins - slopes[i] * time_s[0] / lasted
-            found.append((score[best], (first + 0.5) * clock.bin_width_s, slopes[i] * clock.bin_width_s / lasted))
-        mean = float(clock.pulse.time_s @ clock.pulse.probability)
-        best = sorted(found, reverse=True)[:4]
-        return [{"arrival": float(np.clip(a - mean, -1e-6, 1e-6)), "drift": float(d)} for _, a, d in best]
+        tracks = straight_tracks(excess, expected, rendering, fastest=1e-3)
+        return [{"arrival": float(np.clip(t.arrival_s, -1e-6, 1e-6)), "drift": t.drift} for t in tracks]
 
 
 effect = Interference()

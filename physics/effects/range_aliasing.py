@@ -6,6 +6,7 @@ from scipy.constants import speed_of_light
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
+from physics.tracks import straight_tracks
 
 # A steadier laser than this is as good as steady, and what is divided by must not vanish.
 LEAST_JITTER_S = 1e-14
@@ -14,7 +15,9 @@ LEAST_JITTER_S = 1e-14
 class RangeAliasing(Effect):
     """Light of one shot is registered after the next: a far target, which depth images seldom hold, seems near.
 
-    Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot.
+    Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot. A far target may
+    draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds. It is followed until it leaves the
+    window, not into the next period.
     """
 
     id = "range_aliasing"
@@ -43,7 +46,15 @@ class RangeAliasing(Effect):
             high=100.0,
             start=1.0,
             tries=(0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0),
-            sentence="Its range less whole periods of the laser: 8.44 m each at 17.77 MHz.",
+            sentence="Its range at the start of the session less whole periods of the laser: 8.44 m each at 17.77 MHz.",
+        ),
+        Parameter(
+            "speed",
+            unit="m/s",
+            low=-5.0,
+            high=5.0,
+            start=0.0,
+            sentence="By how much its range grows in a second.",
         ),
         Parameter(
             "jitter",
@@ -59,7 +70,8 @@ class RangeAliasing(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """The pulse, averaged over the jitter: exact for its cumulative, which is linear within a step."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
-        arrival_s = np.asarray(clock.time_zero_s) + 2 * values["apparent_range"] / speed_of_light
+        ranges = values["apparent_range"] + values["speed"] * rendering.light.time_s[:, None]
+        arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
         after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
         cumulative = (_integral(clock.pulse, after_s + jitter) - _integral(clock.pulse, after_s - jitter)) / (
             2 * jitter
@@ -67,6 +79,17 @@ class RangeAliasing(Effect):
         return rendering.expected + np.atleast_1d(values["counts"])[:, None] * np.diff(
             np.clip(cumulative, 0, 1), axis=-1
         )
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Straight lines through frames and bins along which most is in excess, no faster than targets are."""
+        found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
+        for track in straight_tracks(excess, expected, rendering, fastest=2 * fastest / speed_of_light):
+            apparent = speed_of_light / 2 * (track.arrival_s - np.mean(rendering.clock.time_zero_s))
+            speed = float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest))
+            if apparent >= 0:
+                tries = self.parameter("jitter").tries
+                found += [{"apparent_range": float(apparent), "speed": speed, "jitter": jitter} for jitter in tries]
+        return found
 
 
 def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:
@@ -78,17 +101,6 @@ def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:
     part = inside - edges[step]
     quadratic = until[step] + part * (cumulative[step] + pulse.probability[step] * part / (2 * pulse.step_s))
     return quadratic + cumulative[-1] * np.maximum(time_s - edges[-1], 0)
-
-    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The ranges of the bins in which most is in excess all along."""
-        clock = rendering.clock
-        total = excess.sum(axis=(0, 1)) / np.sqrt(np.maximum(expected.sum(axis=(0, 1)), 1))
-        # Summed over about as many bins as a pulse is wide.
-        total = np.convolve(total, np.ones(3), "same")
-        mean = float(clock.pulse.time_s @ clock.pulse.probability)
-        arrival_s = (np.argsort(total)[::-1][:3] + 0.5) * clock.bin_width_s - mean
-        ranges = speed_of_light / 2 * (arrival_s - np.mean(clock.time_zero_s))
-        return [{"apparent_range": float(r)} for r in ranges if r >= 0]
 
 
 effect = RangeAliasing()

@@ -8,9 +8,11 @@ from physics.rendering import Rendering
 
 
 class RangeWalk(Effect):
-    """A zone that receives S counts of signal in a frame registers them earlier by walk · S / (S + level).
+    """A zone that receives S counts of signal in a frame registers them earlier by walk · S / (S + level), or by
+    logarithmic · ln(1 + S / level).
 
-    A bright pulse crosses the comparator's threshold sooner on its rising flank, by no more than that flank is long.
+    A bright pulse crosses the comparator's threshold sooner on its rising flank, by no more than that flank is long;
+    where the flank is exponential the threshold is crossed sooner by the logarithm of how bright it is, without end.
     S is the sum over the whole window: two pulses in one histogram walk together. Light from beyond the window, which
     the walk would bring into its last bins, is not followed.
     """
@@ -28,6 +30,7 @@ class RangeWalk(Effect):
             "bin_width_error", "Step the range with white and black targets: the clock's error is the same for both."
         ),
     )
+    forms = (("walk", "level"), ("logarithmic", "level"))
     parameters = (
         # As large as the delays between zones of such sensors: about 50 ps.
         Parameter(
@@ -41,20 +44,32 @@ class RangeWalk(Effect):
             sentence="How much earlier the brightest light is registered than the faintest.",
         ),
         Parameter(
+            "logarithmic",
+            unit="s",
+            low=0.0,
+            high=5e-10,
+            start=2e-11,
+            vanishes_at=0.0,
+            axis="zone",
+            sentence="How much earlier light is registered that is brighter by a factor of e, far above the level.",
+        ),
+        Parameter(
             "level",
             unit="counts",
             low=1.0,
             high=1e9,
             start=1e4,
             tries=(1e3, 1e4, 1e5),
-            sentence="Counts of signal in a zone and frame at which half of the walk is reached.",
+            sentence="Counts of signal in a zone and frame at which half of the walk, or a logarithm of 2, is reached.",
         ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light of each zone and frame, earlier by its own sum."""
         signal = rendering.gain * rendering.arrivals.light.sum(axis=-1)
-        return rendering.arrivals.delayed(-np.atleast_1d(values["walk"]) * signal / (signal + values["level"]))
+        bounded = np.atleast_1d(values["walk"]) * signal / (signal + values["level"])
+        endless = np.atleast_1d(values["logarithmic"]) * np.log1p(signal / values["level"])
+        return rendering.arrivals.delayed(-bounded - endless)
 
 
 effect = RangeWalk()

@@ -14,19 +14,22 @@ from physics.rendering import Rendering
 MIDDLE = 0.5
 # Width of the edge of what is "dark", in log reflectance: 10 % of the way to the other side at ±22 % of `level`.
 EDGE = 0.1
+# The same of what is "near", in log range.
+NEAR_EDGE = 0.02
 
 # The texture's terms of first and second order.
 TEXTURE = ("slope_x", "slope_y", "bow_x", "bow_y", "bow_xy")
 
 
 class ReflectanceMap(Effect):
-    """Reflectance ρ becomes ρ · (ρ/½)^contrast · exp(step · s(ln(level/ρ)/0.1) + spot · exp(-d²/2·size²) + texture).
+    """Reflectance ρ becomes ρ · (ρ/½)^contrast · exp(step·s(ln(level/ρ)/0.1) + near·s(ln(near_range/r)/0.02)
+    + spot·exp(-d²/2·size²) + texture).
 
     s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
     slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y of these tangents: what varies slowly over the view, as the
-    finish of one large wall does that is seen from one place. Contrast stands
-    for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and bright in the
-    near infrared (or the reverse), the spot for what the field of view itself carries: dirt, vignetting, a label.
+    finish of one large wall does that is seen from one place. Contrast stands for a guess from colour that is too flat
+    or too steep, the step for dyes that are dark in colour and bright in the near infrared (or the reverse), the near
+    step for an object before a wall, the spot for what the field of view itself carries: dirt, vignetting, a label.
     Nothing is cut at 1: reflectance is known up to the gain, and a surface that sends light back to where it came from
     outshines a white matt one. Where none is assumed it is 1 everywhere: then contrast is a gain, the step nothing
     unless `level` is near 1, and the spot the same as ever.
@@ -42,7 +45,13 @@ class ReflectanceMap(Effect):
         LookAlike("gain_drift", "Look at one surface again at the end: reflectance is what it was, a drift is not."),
         LookAlike("range_falloff", "Step one target in range: its reflectance is the same at all ranges."),
     )
-    forms = (("contrast",), ("step", "level"), ("spot", "spot_x", "spot_y", "spot_size"), TEXTURE)
+    forms = (
+        ("contrast",),
+        ("step", "level"),
+        ("near", "near_range"),
+        ("spot", "spot_x", "spot_y", "spot_size"),
+        TEXTURE,
+    )
     parameters = (
         Parameter(
             "contrast",
@@ -70,6 +79,24 @@ class ReflectanceMap(Effect):
             start=0.4,
             tries=(0.2, 0.5),
             sentence="Assumed reflectance at which the step lies.",
+        ),
+        Parameter(
+            "near",
+            unit="1",
+            low=-5.0,
+            high=5.0,
+            start=0.5,
+            vanishes_at=0.0,
+            sentence="Natural logarithm of the factor on surfaces nearer than `near_range`.",
+        ),
+        Parameter(
+            "near_range",
+            unit="m",
+            low=0.05,
+            high=10.0,
+            start=0.6,
+            tries=(0.3, 0.45, 0.6, 0.8, 1.1, 1.6),
+            sentence="Range that tells near surfaces from far ones.",
         ),
         Parameter(
             "spot",
@@ -108,11 +135,35 @@ class ReflectanceMap(Effect):
             tries=(0.08, 0.25),
             sentence="Standard deviation of the spot, as a tangent.",
         ),
-        Parameter("slope_x", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per unit of the tangent x/z: brighter to the right.", vanishes_at=0.0),
-        Parameter("slope_y", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per unit of the tangent y/z: brighter at the bottom.", vanishes_at=0.0),
-        Parameter("bow_x", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per square of the tangent x/z.", vanishes_at=0.0),
-        Parameter("bow_y", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per square of the tangent y/z.", vanishes_at=0.0),
-        Parameter("bow_xy", "1", -2.0, 2.0, 0.1, "Logarithm of the factor per product of the tangents x/z and y/z.", vanishes_at=0.0),
+        Parameter(
+            "slope_x",
+            "1",
+            -2.0,
+            2.0,
+            0.1,
+            "Logarithm of the factor per unit of the tangent x/z: brighter to the right.",
+            vanishes_at=0.0,
+        ),
+        Parameter(
+            "slope_y",
+            "1",
+            -2.0,
+            2.0,
+            0.1,
+            "Logarithm of the factor per unit of the tangent y/z: brighter at the bottom.",
+            vanishes_at=0.0,
+        ),
+        Parameter("bow_x", "1", -2.0, 2.0, 0.1, "Log-factor per square of the tangent x/z.", vanishes_at=0.0),
+        Parameter("bow_y", "1", -2.0, 2.0, 0.1, "Log-factor per square of the tangent y/z.", vanishes_at=0.0),
+        Parameter(
+            "bow_xy",
+            "1",
+            -2.0,
+            2.0,
+            0.1,
+            "Logarithm of the factor per product of the tangents x/z and y/z.",
+            vanishes_at=0.0,
+        ),
     )
 
     def light(self, values: Values, rendering: Rendering) -> Light:
@@ -138,6 +189,9 @@ def _log_factor(values: Values, light: Light) -> np.ndarray:
         log = np.log(np.where(light.reflectance > 0, light.reflectance, MIDDLE).astype(float))
         log_factor = log_factor + values["contrast"] * (log - np.log(MIDDLE))
         log_factor = log_factor + values["step"] * expit((np.log(values["level"]) - log) / EDGE)
+    if values["near"] != 0:
+        range_m = np.where(light.range_m > 0, light.range_m, np.inf)
+        log_factor = log_factor + values["near"] * expit((np.log(values["near_range"]) - np.log(range_m)) / NEAR_EDGE)
     return log_factor
 
 

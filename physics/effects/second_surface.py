@@ -24,7 +24,7 @@ class SecondSurface(Effect):
 
     id = "second_surface"
     acts_on = "scene"
-    sentence = "Light meets a half-transparent surface and a second one at a fixed distance behind it, and returns from both."
+    sentence = "Part of the light returns from a second surface, a fixed distance behind the first or before it."
     look_alikes = (
         LookAlike("multipath", "Step the target in range: the distance of the two pulses stays, a bounce's changes."),
         LookAlike("impulse_tail", "Put an opaque target in its place: a tail stays, the second surface goes."),
@@ -47,7 +47,7 @@ class SecondSurface(Effect):
             high=5.0,
             start=0.05,
             tries=(-0.2, 0.05, 0.15, 0.4),
-            sentence="Optical distance to the second surface, negative before the first; centimetres for a double pane.",
+            sentence="Optical distance to the second surface, negative before the first; that of panes is centimetres.",
         ),
     )
 

@@ -12,7 +12,8 @@ class TimeLag(Effect):
     """The LiDAR sees the scene `lag` seconds after the camera's image of its frame, before it where negative.
 
     What it sees then is taken pixel by pixel from the two frames around that time, range and strength linear in
-    between (`light_at`). Before the first frame and after the last nothing moves.
+    between; where an edge passes, part of the light of either (`light_at`). Before the first frame and after the last
+    nothing moves.
     """
 
     id = "time_lag"

@@ -8,9 +8,10 @@ from physics.rendering import Rendering
 
 
 class TimeZeroDrift(Effect):
-    """After t seconds all zones register light later by rate·t + warmup·(1 - exp(-t/τ)), earlier where negative.
+    """After t seconds all zones register light later by rate·t + curve·t² + warmup·(1 - exp(-t/τ)).
 
-    Light from beyond the window, which a negative delay would bring into its last bins, is not followed.
+    Where that is negative they do so earlier. Light from beyond the window, which a negative delay would bring into its
+    last bins, is not followed.
     """
 
     id = "time_zero_drift"
@@ -21,7 +22,7 @@ class TimeZeroDrift(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: drift goes on, a lag has nothing to show."),
         LookAlike("gain_drift", "Hold the target still and sum over bins: a drifting delay leaves the sum as it is."),
     )
-    forms = (("rate",), ("warmup", "tau"))
+    forms = (("rate",), ("warmup", "tau"), ("rate", "curve"))
     parameters = (
         Parameter(
             "rate",
@@ -31,6 +32,15 @@ class TimeZeroDrift(Effect):
             start=1e-11,
             vanishes_at=0.0,
             sentence="By how much the delay grows in a second.",
+        ),
+        Parameter(
+            "curve",
+            unit="s/s^2",
+            low=-1e-8,
+            high=1e-8,
+            start=1e-12,
+            vanishes_at=0.0,
+            sentence="Half of what the rate grows by in a second.",
         ),
         Parameter(
             "warmup",
@@ -56,7 +66,9 @@ class TimeZeroDrift(Effect):
         """All light, delayed by what its frame's time makes."""
         time_s = rendering.light.time_s[:, None]
         warm = -np.expm1(-time_s / values["tau"])
-        return rendering.arrivals.delayed(values["rate"] * time_s + values["warmup"] * warm)
+        return rendering.arrivals.delayed(
+            (values["rate"] + values["curve"] * time_s) * time_s + values["warmup"] * warm
+        )
 
 
 effect = TimeZeroDrift()

@@ -7,7 +7,12 @@ from physics.rendering import Rendering
 
 
 class WindowClipping(Effect):
-    """Counts before and after the window are not there; of a bin that its edge divides, the part inside is."""
+    """Counts before and after the window are not there; of a bin that its edge divides, the part inside is.
+
+    Where the edge is soft the part that is kept falls evenly over `softness` bins outwards from the edge: of bin t it
+    is 1 - (early - t) / softness, within 0 and 1. Of what is not kept the share `lost` is lost, and of the background,
+    which may be set aside before and put back, the share lost · background.
+    """
 
     id = "window_clipping"
     acts_on = "estimator"
@@ -18,7 +23,14 @@ class WindowClipping(Effect):
         ),
         LookAlike("range_aliasing", "Step the target in range: an aliased pulse comes back, one that is cut does not."),
     )
-    forms = (("early",), ("late",), ("early", "late"))
+    forms = (
+        ("early",),
+        ("late",),
+        ("early", "late"),
+        ("early", "softness", "lost", "background"),
+        ("late", "softness", "lost", "background"),
+        ("early", "late", "softness", "lost", "background"),
+    )
     parameters = (
         Parameter(
             "early",
@@ -38,21 +50,67 @@ class WindowClipping(Effect):
             vanishes_at=0.0,
             sentence="How many of the last bins lie outside the window.",
         ),
+        Parameter(
+            "softness",
+            unit="bins",
+            low=1.0,
+            high=10.0,
+            start=1.0,
+            tries=(1.0, 4.0),
+            sentence="Over how many bins the window closes, outwards from its edge; 1 where the edge is sharp.",
+        ),
+        Parameter(
+            "lost",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1.0,
+            sentence="Share of the counts outside the window that is lost.",
+        ),
+        Parameter(
+            "background",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1.0,
+            tries=(0.0, 1.0),
+            sentence="Whether the background is cut off as well: 1 where it is, 0 where only light of the laser is.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """Counts times the part of their bin that lies in the window."""
-        bins = rendering.expected.shape[-1]
-        start, stop = values["early"], bins - values["late"]
-        left = np.arange(bins)
-        return rendering.expected * np.clip(np.minimum(left + 1, stop) - np.maximum(left, start), 0, 1)
+        """Counts less what lies outside the window."""
+        bins = np.arange(rendering.expected.shape[-1])
+        before = (values["early"] - bins) / values["softness"]
+        after = (bins + 1 - len(bins) + values["late"]) / values["softness"]
+        missed = values["lost"] * np.minimum(np.clip(before, 0, 1) + np.clip(after, 0, 1), 1)
+        # Of what an effect before this one has taken away there cannot be more than there is.
+        background = np.minimum(rendering.background, rendering.expected)
+        return rendering.expected * (1 - missed) + background * (missed * (1 - values["background"]))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The edges beyond which the recording lacks most of what is expected, early and late."""
-        lacking, there = -excess.sum(axis=(0, 1)), np.maximum(expected.sum(axis=(0, 1)), 1)
-        early = np.cumsum(2 * lacking - there)
-        late = np.cumsum((2 * lacking - there)[::-1])
-        return [{"early": float(np.argmax(early) + 1)}, {"late": float(np.argmax(late) + 1)}]
+        """The edges beyond which one share of what is expected is lost most clearly, sharp and soft."""
+        found = []
+        for background in (1.0, 0.0):
+            cut = expected - (1 - background) * np.minimum(rendering.background, expected)
+            # Weighted least squares of a share of `cut`, of all bins up to each edge.
+            weighted = cut / np.maximum(expected, 1)
+            lacking, there = -(excess * weighted).sum(axis=(0, 1)), (cut * weighted).sum(axis=(0, 1))
+            (early, *how_early), (late, *how_late) = _edge(lacking, there), _edge(lacking[::-1], there[::-1])
+            # The clearer of the two says which share is lost.
+            _, lost = max(how_early, how_late)
+            for softness in self.parameter("softness").tries:
+                # The edge was taken where half of it is over.
+                edges = {"early": early + (softness - 1) / 2, "late": late + (softness - 1) / 2}
+                found.append(edges | {"softness": softness, "lost": lost, "background": background})
+        return found
+
+
+def _edge(lacking: np.ndarray, there: np.ndarray) -> tuple[float, float, float]:
+    """How many of the first of T bins lack one share of what should be there most clearly, how clearly, which share."""
+    lacks, has = np.maximum(np.cumsum(lacking), 0), np.maximum(np.cumsum(there), 1e-9)
+    edge = int(np.argmax(lacks**2 / has))
+    return edge + 1.0, float(lacks[edge] ** 2 / has[edge]), float(np.clip(lacks[edge] / has[edge], 0.01, 1))
 
 
 effect = WindowClipping()

@@ -32,7 +32,11 @@ def returned(world: World, rng: np.random.Generator) -> Photons:
     zone, pixel = many(world.gain * world.weights * per_area, rng)
     travel = 2 * np.where(seen, ranges, 0).ravel() / speed_of_light
     time = travel[pixel] + world.time_zero_s[zone] + delays(world, len(zone), rng)
-    return Photons(zone, time, pixel, np.zeros(len(zone), np.int32))
+    if world.behind is None:
+        return Photons(zone, time, pixel, np.zeros(len(zone), np.int32))
+    part, metres = (field.ravel()[pixel] for field in world.behind)
+    detour = 2 * np.where(rng.random(len(pixel)) < part, metres, 0.0)
+    return Photons(zone, time + detour / speed_of_light, pixel, np.zeros(len(zone), np.int32), detour)
 
 
 def pulse_from_elsewhere(

@@ -21,6 +21,8 @@ class World:
     response, probability of each step, spread evenly over it. background: (P,) counts per bin.
     at: another frame of the same scene by its time, seconds; between two frames the nearer.
     times_s: (F,) times of all frames. gloss: (H, W) or one number, how many times as bright as a matt surface.
+    behind: (H, W) each: which part of a pixel's photons comes from another surface, and how many metres that is behind
+    (before where negative) the one at its depth; None where all photons come from there.
     boost: how many times as many photons come as without changes of sensitivity; gain and background have it in them,
     acts that add photons by number add boost times as many.
     """
@@ -44,6 +46,7 @@ class World:
     at: Callable[[float], "World"]
     times_s: np.ndarray
     gloss: np.ndarray | float = 1.0
+    behind: tuple[np.ndarray, np.ndarray] | None = None
     boost: float = 1.0
 
     @property

@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,9 @@ def test_leaves_what_it_promises(tmp_path, capsys):
     assert ended.value.code == 0
     said = capsys.readouterr().out
     assert "Held against the truth" in said
+    cause, named = re.search(r"in which (\w+) was concealed: `difflidar explain` named ([\w, ]+);", said).groups()
+    assert named == cause
+    assert (tmp_path / "demo" / "explained" / "report.html").read_text().startswith("<!")
     for name in ("overlay.png", "sparse.png"):
         assert (tmp_path / "demo" / name).read_bytes().startswith(b"\x89PNG")
     assert load_maps(tmp_path / "demo" / "maps.npz").zone_grid == (3, 3)

@@ -17,7 +17,9 @@ TIMES = np.array([0.0, 0.1, 0.1, 0.4, 0.45])
 def scene(seed=7, shape=(5, 2, 3), times=TIMES):
     rng = np.random.default_rng(seed)
     some = [rng.uniform(0.3, 1, shape) for _ in range(3)]
-    light = direct_light(some[0] * 2, np.eye(3), some[1], some[2], time_s=times)
+    # Surfaces move a little; where they jump is another test.
+    depth = some[0][:1] * 2 * rng.uniform(0.99, 1.01, shape)
+    light = direct_light(depth, np.eye(3), some[1], some[2], time_s=times)
     way = Return(light.range_m * np.float32(1.5), light.returns[0].strength / 3)
     return replace(light, returns=(*light.returns, way))
 
@@ -56,6 +58,35 @@ def test_what_one_frame_knows_is_taken_and_its_strength_fades():
     assert light.missing.tolist() == [2, 2]
     # At its own time the second frame is as it was.
     assert found.missing.tolist() == [1, 2]
+
+
+def swept(at):
+    """A plate at 0.5 m before a wall at 1.5 m; its edge is at pixel `at`, which it covers in part."""
+    covered = np.clip(at - np.arange(400), 0, 1)
+    return covered[None, None], np.where(covered > 0.5, 0.5, 1.5)[None, None]
+
+
+def test_where_an_edge_passes_no_surface_is_seen_between_its_sides():
+    """The plate sweeps from pixel 60 to 100 of 400: by the time between, half of these pixels have seen it come."""
+    depth = np.concatenate([swept(60)[1], swept(100)[1]])
+    light = direct_light(depth, np.diag([1e6, 1e6, 1]), None, np.ones(depth.shape), time_s=np.array([0.0, 1]))
+    for part in (1e-6, 0.3, 0.5, 1 - 1e-6):
+        found = light_at(light, np.array([part, 1.0]))
+        ranges = np.concatenate([way.range_m[0].ravel() for way in found.returns])
+        strength = np.concatenate([way.strength[0].ravel() for way in found.returns])
+        seen = strength > 0
+        assert set(np.round(ranges[seen], 3)) == {0.5, 1.5}
+        covered = swept(60 + 40 * part)[0].sum()
+        assert strength[seen & (ranges < 1)].sum() == pytest.approx(covered / 0.25, rel=1e-5)
+        assert strength[seen & (ranges > 1)].sum() == pytest.approx((400 - covered) / 2.25, rel=1e-5)
+
+
+def test_a_wall_that_nears_as_a_whole_is_no_edge():
+    depth = np.stack([np.full((2, 3), 1.0), np.full((2, 3), 0.8)])
+    light = direct_light(depth, np.diag([1e6, 1e6, 1]), None, np.ones(depth.shape), time_s=np.array([0.0, 1]))
+    found = light_at(light, np.array([0.5, 1.0]))
+    assert len(found.returns) == 1
+    np.testing.assert_allclose(found.returns[0].range_m[0], 0.9, rtol=1e-6)
 
 
 def test_frames_out_of_order_are_refused():

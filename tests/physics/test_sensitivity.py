@@ -26,13 +26,14 @@ def test_one_for_every_parameter_and_zone():
 
     def model(now):
         level, tail = now[0].values["level"], now[1].values
-        return np.array([level[0] * 5, level[1] * 7, tail["share"] * 3, tail["tau"] * 2])
+        return np.array([level[0] * 5, level[1] * 7, now[0].values["growth"] * 11, tail["share"] * 3, tail["tau"] * 2])
 
     found = derivatives(model, settings)
     assert [(d.effect, d.parameter, d.zone) for d in found] == [
         ("ambient_pedestal", "level", 0),
         ("ambient_pedestal", "level", 1),
+        ("ambient_pedestal", "growth", None),
         ("impulse_tail", "share", None),
         ("impulse_tail", "tau", None),
     ]
-    assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([5.0, 7, 3, 2]), abs=1e-6)
+    assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([5.0, 7, 11, 3, 2]), abs=1e-6)

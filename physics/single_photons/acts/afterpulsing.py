@@ -10,7 +10,7 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 
 def detected(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Some events are followed by one more in the same channel and shot, after the rest of their bin, the hold-off and a while."""
+    """Some are followed by one more in the same channel and shot, after the rest of their bin, hold-off and a while."""
     trapped = in_window(photons, world) & (rng.random(len(photons)) < values["probability"])
     events = photons.only(trapped)
     alive_s = (np.floor(events.time_s / world.bin_width_s) + 1) * world.bin_width_s

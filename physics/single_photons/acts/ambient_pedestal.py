@@ -10,5 +10,6 @@ from physics.single_photons.world import World
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
-    """As many counts more in each bin."""
-    return replace(world, background=world.background + by_zone(world, values["level"]))
+    """As many counts more in each bin by the time of this frame."""
+    more = by_zone(world, values["level"]) + values["growth"] * world.time_s
+    return replace(world, background=np.maximum(world.background + more, 0))

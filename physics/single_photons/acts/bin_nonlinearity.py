@@ -14,6 +14,9 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     wander = values["slope"] * world.bins / np.pi * np.sin(np.pi * number / world.bins)
     edges = number + wander + np.where(number % 2 == 0, values["alternation"], -values["alternation"])
     edges += np.append(np.broadcast_to(values["edge"], world.bins), 0)
+    height = np.hypot(values["wave_cos"], values["wave_sin"])
+    late = np.arctan2(values["wave_sin"], values["wave_cos"])
+    edges += height * np.cos(number * 2 * np.pi / values["period"] - late) - values["wave_cos"]
     edges[0], edges[-1] = 0, world.bins
     true = photons.time_s / world.bin_width_s
     inside = (true >= 0) & (true < world.bins)

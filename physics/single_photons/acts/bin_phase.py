@@ -12,17 +12,29 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many photons for all as are counted at the best phase."""
-    most = 1 + values["depth"]
+    most = (1 + values["depth"]) * (1 + values["whole"])
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Of these the others lose their part; a photon from no pixel counts as at a mean phase.
 
-    A pulse's place is that of its light's way there and back, by the time zero of its zone. Delays that come later
-    are not in it.
+    A pulse's place is that of its light's way there and back, by the time zero of its zone; that of a whole pulse is
+    the mean over what surfaces send to the zone. Delays that come later are not in it.
     """
-    depth = values["depth"]
+    depth, whole, pixel = values["depth"], values["whole"], photons.pixel != NO_PIXEL
     turn = (world.time_zero_s[photons.zone] + way_m(photons, world) / speed_of_light) / world.bin_width_s
-    wave = np.where(photons.pixel == NO_PIXEL, 0, np.cos(2 * np.pi * (turn - values["phase"])))
-    return photons.only(rng.random(len(photons)) * (1 + depth) < 1 + depth * wave)
+    wave = np.where(pixel, np.cos(2 * np.pi * (turn - values["phase"])), 0)
+    kept = rng.random(len(photons)) * (1 + depth) < 1 + depth * wave
+    swell = np.where(pixel, np.cos(2 * np.pi * (_mean_turns(world) - values["phase"]))[photons.zone], 0)
+    kept &= rng.random(len(photons)) * (1 + whole) < 1 + whole * swell
+    return photons.only(kept)
+
+
+def _mean_turns(world: World) -> np.ndarray:
+    """(P,) bins from the start of the first to where the middle of a zone's light arrives."""
+    sent = world.reflectance * world.gloss * world.cosine / world.range_m**2
+    sent = np.where(np.isfinite(sent) & (world.cosine > 0), sent, 0)
+    share = world.weights * sent
+    way = (share * np.nan_to_num(2 * world.range_m)).sum(axis=(1, 2)) / np.maximum(share.sum(axis=(1, 2)), 1e-300)
+    return (world.time_zero_s + way / speed_of_light) / world.bin_width_s

@@ -9,7 +9,9 @@ from physics.single_photons.world import World
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
-    """Everything that is counted in this frame, in one proportion."""
+    """All light of the laser in one proportion, and the background in a power of it."""
     cold = np.exp(-world.time_s / values["tau"])
     times = np.exp(values["rate"] * world.time_s) * np.exp(values["warmup"]) ** cold
-    return replace(world, gain=world.gain * times, boost=world.boost * times, background=world.background * times)
+    times = times * np.exp(values["curve"]) ** (world.time_s * world.time_s)
+    dark = world.background * times ** values["background"]
+    return replace(world, gain=world.gain * times, boost=world.boost * times, background=dark)

@@ -13,4 +13,5 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     """Each by how many its zone received in this frame."""
     received = np.bincount(photons.zone[in_window(photons, world)], minlength=world.zones)
     early_s = by_zone(world, values["walk"]) / (1 + values["level"] / np.maximum(received, 1))
+    early_s = early_s + by_zone(world, values["logarithmic"]) * np.log((values["level"] + received) / values["level"])
     return replace(photons, time_s=photons.time_s - early_s[photons.zone])

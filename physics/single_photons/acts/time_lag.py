@@ -8,9 +8,15 @@ from physics.effect import Values
 from physics.single_photons.looking import Looking, looking_so
 from physics.single_photons.world import World
 
+# A surface whose range changes by more than this, beyond what half of the image does, has not moved: another has come.
+ANOTHER = 0.05
+
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
-    """The scene between two frames: each pixel's depth, and what it sends back, on the way from one to the other."""
+    """The scene between two frames: each pixel's depth, and what it sends back, on the way from one to the other.
+
+    Where another surface has come, each photon is drawn to come from the one or the other.
+    """
     times = world.times_s
     there = float(np.clip(world.time_s + values["lag"], times[0], times[-1]))
     before, after = (world.at(t) for t in (times[times <= there].max(), times[times >= there].min()))
@@ -20,13 +26,19 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
         return _between(getattr(before, name), getattr(after, name), part, known)
 
     depth, reflectance = between("depth_m", lambda z: z > 0), between("reflectance")
-    sent = (1 - part) * _sent_back(before) + part * _sent_back(after)
     lagged = replace(world, depth_m=depth, reflectance=reflectance, cosine=np.ones_like(depth), gloss=1.0)
+    # Where zones look may go by depth, of the time when they do.
+    if isinstance(world.maps, Looking):
+        lagged = looking_so(lagged, world.maps)
+    both = (before.depth_m > 0) & (after.depth_m > 0)
+    log = np.log(np.where(both, after.range_m, 1) / np.where(both, before.range_m, 1))
+    jumps = both & (np.abs(log - np.median(log[both]) if both.any() else log) > np.log1p(ANOTHER))
+    lagged = replace(lagged, depth_m=np.where(jumps, before.depth_m, depth))
+    sent = (1 - part) * _sent_back(before) + part * _sent_back(after)
     matt = _sent_back(lagged)
     gloss = np.where(sent > 0, sent / np.where(matt > 0, matt, np.inf), 0)
-    lagged = replace(lagged, gloss=gloss)
-    # Where zones look may go by depth, of the time when they do.
-    return looking_so(lagged, world.maps) if isinstance(world.maps, Looking) else lagged
+    new = np.where(jumps & (sent > 0), part * _sent_back(after) / np.where(sent > 0, sent, 1), 0)
+    return replace(lagged, gloss=gloss, behind=(new, np.where(jumps, after.range_m - before.range_m, 0)))
 
 
 def _sent_back(world: World) -> np.ndarray:

@@ -3,12 +3,31 @@
 import numpy as np
 
 from physics.effect import Values
-from physics.single_photons.world import World
+from physics.single_photons.draw import in_window
+from physics.single_photons.world import NO_PIXEL, Photons, World
+
+
+def detected(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Where the background is to stay, photons are thrown away one by one.
+
+    Those from no pixel are taken for background then; where it does not stay they are told by nothing, see `counted`.
+    """
+    if values["background"] == 1:
+        return photons
+    place = np.clip(photons.time_s / world.bin_width_s, 0, world.bins - 1).astype(int)
+    thrown = 1 - _kept(world, values)[place]
+    spared = np.where(photons.pixel == NO_PIXEL, values["background"], 1)
+    return photons.only((rng.random(len(photons)) >= thrown * spared) & in_window(photons, world))
 
 
 def counted(counts: np.ndarray, world: World, values: Values, rng: np.random.Generator) -> np.ndarray:
     """A count stands for a photon somewhere in its bin, and is kept where that is in the window."""
-    bins = np.arange(world.bins)
-    opens = np.clip(values["early"] - bins, 0, 1)
-    closes = np.clip(world.bins - values["late"] - bins, 0, 1)
-    return rng.binomial(counts, np.maximum(closes - opens, 0))
+    return rng.binomial(counts, _kept(world, values)) if values["background"] == 1 else counts
+
+
+def _kept(world: World, values: Values) -> np.ndarray:
+    """(T,) share of each bin's counts: between an edge that opens and one that closes."""
+    bins, ends = np.arange(world.bins), np.arange(world.bins, 0, -1)
+    opens = np.interp(bins, [values["early"] - values["softness"], values["early"]], [0, 1])
+    closes = np.interp(ends - 1, [values["late"] - values["softness"], values["late"]], [0, 1])
+    return 1 - values["lost"] * (1 - np.maximum(opens + closes - 1, 0))

@@ -3,8 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import expon
 
 from physics.effects.afterpulsing import effect
 from physics.nominal import ForwardModel
@@ -38,6 +40,16 @@ def test_one_pulse_is_followed_by_a_geometric_series(probability, tau):
     ratio = np.exp(-WIDTH / tau)
     np.testing.assert_allclose(found[8:40], 1000 * probability * (1 - ratio) * ratio ** np.arange(32), atol=1e-9)
     np.testing.assert_allclose(found.sum(), 1000 * (1 + probability), rtol=1e-9)
+
+
+@pytest.mark.parametrize("dead", [0.0, 0.1e-9, 0.4e-9, 1.7e-9, 1e-8])
+def test_none_is_released_in_the_hold_off(dead):
+    """Shares of an exponential distribution that begins so late, bin by bin."""
+    tau, counts = 1.3e-9, np.zeros(60)
+    counts[5] = 1000
+    found = seen(counts, probability=0.4, tau=tau, dead=dead) - counts
+    edges = (np.arange(61) - 6) * WIDTH
+    np.testing.assert_allclose(found, 400 * np.diff(expon.cdf(edges, loc=dead, scale=tau)), atol=1e-9)
 
 
 def test_it_is_in_proportion_to_the_pulse(small):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from physics.effects.bin_nonlinearity import effect
+from physics.nominal import ForwardModel
 
 
 def seen(counts, **values):
@@ -24,6 +25,18 @@ def test_a_pedestal_shows_the_widths():
     np.testing.assert_allclose(bent, 100 + 10 * np.cos(np.pi * (np.arange(200) + 0.5) / 200), atol=1e-2)
 
 
+def test_a_wave_prints_its_slope_on_a_pedestal():
+    """An edge at t + a·sin(2πt/T) makes bins as much wider as the wave rises from edge to edge: 2a·sin(π/T) at most."""
+    found = seen(np.full(90, 100.0), wave_sin=0.3, period=9.0)
+    middle = np.arange(90) + 0.5
+    closed = 100 * (1 + 2 * 0.3 * np.sin(np.pi / 9) * np.cos(2 * np.pi * middle / 9))
+    np.testing.assert_allclose(found, closed, rtol=1e-9)
+    np.testing.assert_allclose(
+        seen(np.full(90, 1.0), wave_cos=0.2, period=9.0)[1:-1],
+        seen(np.full(90, 1.0), edge=0.2 * np.cos(2 * np.pi * np.arange(90) / 9) - 0.2)[1:-1],
+    )
+
+
 @pytest.mark.parametrize(("alternation", "slope"), [(0.3, 0), (-0.2, 0.1), (0, -0.15)])
 def test_a_pulse_is_integrated_between_the_displaced_edges(alternation, slope):
     edges = np.arange(61.0)
@@ -34,14 +47,60 @@ def test_a_pulse_is_integrated_between_the_displaced_edges(alternation, slope):
     np.testing.assert_allclose(found, np.diff(pulse.cdf(moved)), atol=5e-3 * found.max())
 
 
+def test_bins_of_unequal_width_hold_counts_in_proportion_to_it():
+    width = np.random.default_rng(3).uniform(0.9, 1.1, 30)
+    edges = np.concatenate([[0], np.cumsum(width)])
+    edges *= 30 / edges[-1]
+    found = seen(np.full((2, 30), 50.0), edge=edges[:-1] - np.arange(30))
+    np.testing.assert_allclose(found, np.broadcast_to(50 * np.diff(edges), (2, 30)), rtol=1e-9)
+
+
+def test_signal_is_what_the_pulse_has_between_displaced_edges(small):
+    """One pixel at a time, with the pulse's own cumulative: exact at knots, within a step between them."""
+    clock, rng = small.clock, np.random.default_rng(4)
+    edge = rng.uniform(-0.4, 0.4, clock.bins)
+    model = ForwardModel(small.light, small.footprints, clock, 3.0)
+    found = model.expected(1e3, [effect.at(edge=edge)])
+    edges = np.append(np.arange(clock.bins) + edge, clock.bins) * clock.bin_width_s
+    edges[0] = 0
+    (_, weights), direct = small.footprints.seen[0], small.light.returns[0]
+    pixels = small.footprints.seen[0][0]
+    ranges, strength = (a.reshape(3, -1)[:, pixels] for a in (direct.range_m, direct.strength))
+    closed = np.zeros_like(found)
+    for p in range(4):
+        until = clock.pulse.cumulative(edges - clock.time_zero_s[p] - 2 * ranges[..., None] / 299_792_458)
+        closed[:, p] = np.einsum("fu,fut->ft", 1e3 * strength * weights[:, p], np.diff(until, axis=-1))
+    closed += 3 * np.diff(edges) / clock.bin_width_s
+    np.testing.assert_allclose(found, closed, atol=1e-3 * closed.max())
+
+
+def test_only_the_two_bins_beside_an_edge_change_and_edge_0_stays(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    nominal = model.expected(1e3)
+    late = effect.at(edge=np.where(np.arange(40) == 22, 0.3, 0.0))
+    changed = np.abs(model.expected(1e3, [late]) - nominal).max(axis=(0, 1)) > 1e-9 * nominal.max()
+    assert np.flatnonzero(changed).tolist() == [21, 22]
+    first = effect.at(edge=np.where(np.arange(40) == 0, 0.5, 0.0))
+    np.testing.assert_array_equal(model.expected(1e3, [first]), nominal)
+
+
+def test_edges_that_would_change_places_meet():
+    edge = np.where(np.arange(20) == 9, 0.5, np.where(np.arange(20) == 10, -0.5, 0.0))
+    found = seen(np.full(20, 8.0), edge=edge, alternation=-0.4)
+    assert found[9] == 0
+    np.testing.assert_allclose(found.sum(), 160)
+
+
 @given(
     alternation=st.floats(-0.4, 0.4),
     slope=st.floats(-0.15, 0.15),
+    edge=st.floats(0, 0.5),
     bins=st.integers(2, 60),
     seed=st.integers(0, 999),
 )
-def test_counts_are_kept_and_none_turns_negative(alternation, slope, bins, seed):
+def test_counts_are_kept_and_none_turns_negative(alternation, slope, edge, bins, seed):
     counts = np.random.default_rng(seed).exponential(size=(2, 3, bins)) ** 4
-    found = seen(counts, alternation=alternation, slope=slope)
+    late = edge * (-1) ** (np.arange(bins) // 3)
+    found = seen(counts, alternation=alternation, slope=slope, edge=late)
     np.testing.assert_allclose(found.sum(axis=-1), counts.sum(axis=-1))
     assert (found >= 0).all()

@@ -53,6 +53,28 @@ def one_pixel(small, range_m, **values):
     return ForwardModel(light, small.footprints, small.clock).expected(1.0, [effect.at(**values)])[0, 0].sum()
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.4])
+def test_a_whole_pulse_goes_by_the_mean_arrival_of_its_light(small, phase):
+    """Against a sum over pixels, whose weighted mean is that of each zone and frame."""
+    # All light arrives within the window.
+    clock, light, weights = replace(small.clock, bins=120), small.light, small.footprints.weights.reshape(4, -1)
+    model = ForwardModel(light, small.footprints, clock, 5.0)
+    found, nominal = (model.expected(10.0, [effect.at(whole=w, phase=phase)]) for w in (0.7, 0))
+    for i in range(light.frames):
+        direct = light.returns[0]
+        for p in range(4):
+            share = weights[p] * direct.strength[i].ravel()
+            mean = clock.time_zero_s[p] + 2 / C * (share @ direct.range_m[i].ravel().astype(float)) / share.sum()
+            times = 1 + 0.7 * np.cos(2 * np.pi * (mean / clock.bin_width_s - phase))
+            np.testing.assert_allclose(found[i, p] - 5, times * (nominal[i, p] - 5), rtol=1e-4, atol=1e-9)
+
+
+def test_a_dark_zone_has_no_mean_arrival(small):
+    weights = small.footprints.changed(lambda w: w * np.array([1, 0, 1, 1])[:, None, None])
+    found = ForwardModel(small.light, weights, small.clock, 5.0).expected(1.0, [effect.at(whole=1)])
+    np.testing.assert_allclose(found[:, 1], 5)
+
+
 def test_a_target_that_steps_through_a_bin_comes_back(small):
     width, zero = small.clock.bin_width_s, small.clock.time_zero_s[0]
     plain = one_pixel(small, 0.5, depth=0)

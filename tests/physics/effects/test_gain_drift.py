@@ -1,20 +1,47 @@
+"""Drift against small steps of its differential equation, and against sensors that do not drift but differ."""
+
 import numpy as np
 import pytest
 
+from physics.effects.ambient_pedestal import effect as pedestal
 from physics.effects.gain_drift import effect
 from physics.nominal import ForwardModel
 
 
+@pytest.fixture
+def model(small):
+    return ForwardModel(small.light, small.footprints, small.clock, 3.0)
+
+
+@pytest.mark.parametrize("curve", [0, 1.5])
 @pytest.mark.parametrize("rate", [-0.7, 0.3])
-def test_a_relaxation_of_first_order(small, rate):
-    """Against many small steps of dN = rate · N · dt."""
-    model = ForwardModel(small.light, small.footprints, small.clock, 3.0)
-    ratio = model.expected(50.0, [effect.at(rate=rate)]) / model.expected(50.0)
-    steps = 100_000
-    euler = [(1 + rate * t / steps) ** steps for t in (0.0, 0.1, 0.2)]
+def test_a_relaxation_of_first_order(model, rate, curve):
+    """Against many small steps of dN = (rate + 2·curve·t) · N · dt."""
+    ratio = model.expected(50.0, [effect.at(rate=rate, curve=curve, background=1)]) / model.expected(50.0)
+    parts = (np.arange(100_000) + 0.5) / 100_000
+    euler = [np.prod(1 + (rate + 2 * curve * t * parts) * t / 100_000) for t in (0.0, 0.1, 0.2)]
     np.testing.assert_allclose(ratio, np.broadcast_to(np.reshape(euler, (3, 1, 1)), ratio.shape), rtol=1e-6)
 
 
-def test_the_first_frame_stays(small):
-    model = ForwardModel(small.light, small.footprints, small.clock, 3.0)
-    np.testing.assert_array_equal(model.expected(9.0, [effect.at(rate=5)])[0], model.expected(9.0)[0])
+def test_the_first_frame_stays(model):
+    found = model.expected(9.0, [effect.at(rate=5, curve=3, background=1)])[0]
+    np.testing.assert_allclose(found, model.expected(9.0)[0], rtol=1e-14)
+
+
+@pytest.mark.parametrize("share", [0, 1])
+def test_each_frame_is_that_of_a_sensor_of_other_power_or_sensitivity(small, share):
+    model = ForwardModel(small.light, small.footprints, small.clock, [3.0, 1, 0, 8])
+    found = model.expected(50.0, [effect.at(rate=2, background=share)])
+    for i, time in enumerate((0.0, 0.1, 0.2)):
+        times = np.exp(2 * time)
+        level = np.array([3.0, 1, 0, 8]) * (times if share else 1)
+        other = ForwardModel(small.light, small.footprints, small.clock, level).expected(50.0 * times)[i]
+        np.testing.assert_allclose(found[i], other)
+
+
+def test_a_pedestal_is_background_and_no_laser_dims_it(model):
+    both = model.expected(50.0, [effect.at(rate=4), pedestal.at(level=7)])
+    np.testing.assert_allclose(both - model.expected(50.0, [effect.at(rate=4)]), 7)
+    both = model.expected(50.0, [effect.at(rate=4, background=1), pedestal.at(level=7)])
+    alone = model.expected(50.0, [effect.at(rate=4, background=1)])
+    np.testing.assert_allclose((both - alone)[2], 7 * np.exp(0.8))

@@ -20,9 +20,9 @@ def gaussian():
     return ImpulseResponse((edges[1:] + edges[:-1]) / 2, probability / probability.sum())
 
 
-def stretched(pulse, broader):
+def stretched(pulse, broader, jitter=0.0):
     start = Rendering(None, None, Clock(0.4e-9, 60, np.zeros(1), pulse), 1.0)
-    return effect.clock(effect.at(broader=broader).values, start).pulse
+    return effect.clock(effect.at(broader=broader, jitter=jitter).values, start).pulse
 
 
 @pytest.mark.parametrize("broader", [-0.6, -0.1, 1e-3, 0.5, 3.0])
@@ -45,6 +45,25 @@ def test_light_and_mean_are_kept_and_the_width_follows(broader):
     assert means[1] == pytest.approx(means[0], abs=0.01 * STEP)
     # A step's own width, which reading the cumulative at edges leaves out, is allowed for.
     assert widths[1] == pytest.approx(widths[0] * (1 + broader), abs=0.02 * STEP + 5e-3 * widths[0])
+
+
+@pytest.mark.parametrize("jitter", [1e-13, 2e-11, 1e-10, 8e-10])
+def test_jitter_makes_a_gaussian_a_wider_one(jitter):
+    """Variances add, that of a step, over which the response is even, among them."""
+    times = np.linspace(-3e-9, 3e-9, 300)
+    closed = norm.cdf(times, loc=MEAN, scale=np.hypot(SIGMA, jitter))
+    np.testing.assert_allclose(stretched(gaussian(), 0, jitter).cumulative(times), closed, atol=6e-4)
+
+
+@given(broader=st.floats(-0.5, 2), jitter=st.floats(0, 5e-10))
+def test_jitter_keeps_light_and_mean_and_adds_its_variance(broader, jitter):
+    pulse = tailed_pulse(0.1e-9, 0.2e-9, 0.4e-9, 0.2, STEP)
+    narrow, wide = stretched(pulse, broader), stretched(pulse, broader, jitter)
+    assert wide.probability.sum() == pytest.approx(1, abs=1e-12)
+    (mean, width), (other, wider) = (_moments(p) for p in (narrow, wide))
+    assert other == pytest.approx(mean, abs=1e-3 * STEP)
+    # Blurred, light within a step is told apart by its step: at most a sixth of a step squared more.
+    assert 0 <= wider**2 - width**2 - jitter**2 + 1e-6 * width**2 <= STEP**2 / 6 + 1e-6 * width**2
 
 
 def _moments(pulse):

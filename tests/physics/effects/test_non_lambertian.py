@@ -61,6 +61,32 @@ def test_a_retroreflector_does_not_fall_with_incidence():
     np.testing.assert_allclose(lobe, 5, rtol=1e-4)
 
 
+@pytest.mark.parametrize("power", [-1.0, -0.4, 1.0, 5.0])
+def test_a_power_of_the_cosine_is_minnaerts_law(power):
+    """Radiance of a full moon: both cosines to the power k, over that of the light that leaves; k = 1 + power/2."""
+    depth, normals, points = sphere()
+    matt = np.sum(normals * -points, axis=-1) / np.linalg.norm(points, axis=-1)
+    k = 1 + power / 2
+    closed = 0.3 * matt**k * matt ** (k - 1) / np.sum(points**2, axis=-1)
+    light = direct_light(depth[None], INTRINSICS, np.full((1, 24, 32), 0.3), matt[None])
+    np.testing.assert_allclose(seen(light, power=power)[0], np.nan_to_num(closed), rtol=1e-4)
+
+
+@given(cosine=st.floats(-1, 1, width=32), lobe=st.floats(-1, 100), exponent=st.floats(0, 500), power=st.floats(-1, 5))
+def test_no_surface_sends_back_less_than_nothing(cosine, lobe, exponent, power):
+    light = direct_light(np.ones((1, 1, 1)), np.eye(3), None, np.full((1, 1, 1), cosine))
+    found = seen(light, lobe=lobe, exponent=exponent, power=power)
+    assert np.isfinite(found).all()
+    assert (found >= 0).all()
+
+
+def test_a_lobe_below_0_is_darkest_straight_on():
+    cosine = np.linspace(0.05, 1, 24 * 32).reshape(1, 24, 32)
+    light = direct_light(np.ones((1, 24, 32)), INTRINSICS, None, cosine)
+    ratio = seen(light, lobe=-0.6, exponent=5) / light.returns[0].strength
+    np.testing.assert_allclose(ratio, 1 - 0.6 * cosine**4, rtol=1e-5)
+
+
 @given(cosine=st.floats(-1, 1, width=32), lobe=st.floats(0, 100), exponent=st.floats(0, 500))
 def test_what_faces_away_or_is_unknown_stays_dark_and_nothing_dims(cosine, lobe, exponent):
     light = direct_light(np.array([[[1.0, np.nan, 1.0]]]), np.eye(3), None, np.array([[[cosine, 1.0, np.nan]]]))

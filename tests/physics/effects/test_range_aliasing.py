@@ -5,6 +5,7 @@ import pytest
 
 from physics.effects.range_aliasing import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 C = 299_792_458.0
 
@@ -24,6 +25,26 @@ def test_a_steady_laser_puts_its_pulse_at_the_apparent_range(model, small):
     pulse = clock.pulse.in_bins(clock.time_zero_s + 1.2 / C, clock.bins, clock.bin_width_s)
     closed = np.array([0, 10, 20, 50])[:, None] * pulse
     np.testing.assert_allclose(found, np.broadcast_to(closed, found.shape), atol=1e-8)
+
+
+@pytest.mark.parametrize("speed", [-2.0, 1.5])
+def test_a_target_that_moves_is_elsewhere_in_each_frame(model, speed):
+    found = more(model, counts=50, apparent_range=0.8, speed=speed)
+    for i, time in enumerate((0.0, 0.1, 0.2)):
+        still = more(model, counts=50, apparent_range=0.8 + speed * time)
+        np.testing.assert_allclose(found[i], still[i], atol=1e-9)
+
+
+@pytest.mark.parametrize(("apparent", "speed"), [(0.9, 0.0), (0.5, 1.5)])
+def test_it_suggests_where_a_pulse_is_in_one_zone_only(model, small, apparent, speed):
+    nominal = model.expected(1e4)
+    there = model.expected(1e4, [effect.at(counts=[0, 0, 9000, 0], apparent_range=apparent, speed=speed, jitter=0)])
+    excess = np.random.default_rng(9).poisson(there) - nominal
+    starts = effect.starts(excess, nominal, Rendering(small.light, small.footprints, small.clock, 1e4))
+    assert abs(starts[0]["apparent_range"] - apparent) < 0.04
+    # A bin in 0.2 s is 0.2 m/s.
+    assert abs(starts[0]["speed"] - speed) < 0.5
+    assert {start["jitter"] for start in starts} == set(effect.parameter("jitter").tries)
 
 
 def test_it_is_what_photons_of_jittered_shots_make(model, small):

@@ -31,6 +31,16 @@ def test_one_pulse_walks_by_the_formula_and_keeps_its_light(signal, walk, level)
     assert left == pytest.approx(1)
 
 
+@given(signal=st.floats(1e-3, 1e9), step=st.floats(0, 1e-10), level=st.floats(1, 1e9))
+def test_by_the_other_law_it_walks_as_far_with_every_factor(signal, step, level):
+    """Against the integral of d(lead) = step · dS / (S + level)."""
+    lows = np.geomspace(level, level + signal, 4001)
+    summed = step * np.sum(np.diff(lows) / ((lows[1:] + lows[:-1]) / 2))
+    found, left = lead(signal, logarithmic=step, level=level)
+    assert found == pytest.approx(summed, rel=1e-4, abs=1e-18)
+    assert left == pytest.approx(1)
+
+
 def test_half_at_its_level_whatever_gain_and_light_make_it():
     assert lead(50.0, gain=20.0, walk=1e-10, level=1e3)[0] == pytest.approx(5e-11)
     assert lead(1e12, walk=1e-10, level=1e3)[0] == pytest.approx(1e-10)

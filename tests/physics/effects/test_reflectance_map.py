@@ -15,6 +15,7 @@ from physics.nominal import ForwardModel
 INTRINSICS = np.array([[8.0, 0, 4.5], [0, 8.0, 2.5], [0, 0, 1]])
 SHAPE = (2, 6, 10)
 NONE = {"contrast": 0.0, "step": 0.0, "spot": 0.0}
+TEXTURE = {"slope_x": 0.7, "slope_y": -1.2, "bow_x": 0.9, "bow_y": -0.5, "bow_xy": 1.6}
 
 
 def scene(reflectance):
@@ -58,6 +59,16 @@ def test_the_spot_stays_in_the_field_of_view():
         np.testing.assert_allclose(factor[:, v, u], closed, rtol=1e-5)
 
 
+def test_the_texture_is_a_polynomial_of_the_tangents_the_same_in_all_frames():
+    light = scene(np.full(SHAPE, 0.4))
+    factor = seen(light, **TEXTURE).returns[0].strength / light.returns[0].strength
+    for v, u in ((0, 0), (2, 6), (5, 9)):
+        x, y = (u - 4.5) / 8, (v - 2.5) / 8
+        terms = {"slope_x": x, "slope_y": y, "bow_x": x * x, "bow_y": y * y, "bow_xy": x * y}
+        closed = np.exp(sum(TEXTURE[name] * term for name, term in terms.items()))
+        np.testing.assert_allclose(factor[:, v, u], closed, rtol=1e-5)
+
+
 def test_where_no_reflectance_is_assumed_contrast_is_a_gain_and_the_step_nothing():
     plain = scene(None)
     np.testing.assert_allclose(
@@ -69,7 +80,7 @@ def test_where_no_reflectance_is_assumed_contrast_is_a_gain_and_the_step_nothing
 
 def test_each_strength_acts_alone_and_together_they_multiply(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
-    one = {"contrast": 0.5, "step": -1.0, "spot": 0.7}
+    one = {"contrast": 0.5, "step": -1.0, "spot": 0.7, **TEXTURE}
     for name, value in one.items():
         assert np.abs(model.expected(1e3, [effect.at(**(NONE | {name: value}))]) - model.expected(1e3)).max() > 10
     logs = [np.log(seen(small.light, **{name: value}).returns[0].strength) for name, value in one.items()]

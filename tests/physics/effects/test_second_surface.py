@@ -23,6 +23,36 @@ def test_it_is_a_scene_of_two_returns(small):
     np.testing.assert_allclose(found.sum(axis=-1), closed.sum(axis=-1), rtol=1e-4)
 
 
+def test_a_sheet_in_front_is_a_nearer_return(small):
+    passed, spacing = 0.05, -0.2
+    direct = small.light.returns[0]
+    before = direct.range_m + np.float32(spacing)
+    # Nearest pixels are at 0.3 m and its sheet at 0.1 m, where it begins to fade.
+    assert np.nanmin(before) > 0.1
+    first = Return(before, passed * direct.strength * (direct.range_m / before) ** 2)
+    returns = (Return(direct.range_m, (1 - passed) * direct.strength), first)
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    found = model.expected(1e3, [effect.at(passed=passed, spacing=spacing)])
+    closed = ForwardModel(replace(small.light, returns=returns), small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, closed, atol=1e-2 * closed.max())
+    np.testing.assert_allclose(found.sum(axis=-1), closed.sum(axis=-1), rtol=1e-3)
+    # It comes before all else.
+    early = model.expected(1e3)[1] < 1e-6
+    assert found[1][early].sum() > 1
+
+
+def test_a_sheet_behind_the_sensor_is_dark_and_counts_are_continuous_on_the_way_there(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    beyond = model.expected(1e3, [effect.at(passed=0.3, spacing=-3)])
+    np.testing.assert_allclose(beyond, 0.7 * model.expected(1e3), rtol=1e-9)
+    before = None
+    for spacing in np.arange(-1.5, 0.02, 0.002):
+        found = model.expected(1e3, [effect.at(passed=0.01, spacing=spacing)])
+        if before is not None:
+            assert np.abs(found - before).max() < 0.05 * beyond.max()
+        before = found
+
+
 def test_surfaces_that_touch_keep_all_photons_and_their_times(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     np.testing.assert_allclose(model.expected(1e3, [effect.at(passed=0.7, spacing=0)]), model.expected(1e3), rtol=1e-9)

@@ -62,6 +62,18 @@ def test_pixels_that_come_to_be_known_rise_from_nothing(small):
         np.testing.assert_allclose(found, (1 - lag / 0.1) * first + lag / 0.1 * second, atol=1e-6 * second.max())
 
 
+def test_a_plate_that_passes_is_seen_in_its_place_and_nothing_between(small):
+    """Halfway between two frames a plate has covered half of what it covers by the second: counts are the mean."""
+    depth = np.full((2, 6, 10), 1.5, np.float32)
+    depth[1, :, 4:7] = 0.5
+    light = direct_light(depth, INTRINSICS, None, np.ones(depth.shape), time_s=np.array([0.0, 0.1]))
+    model = ForwardModel(light, small.footprints, small.clock)
+    before, after = model.expected(1e3)
+    for part in (0.25, 0.5, 0.9):
+        found = model.expected(1e3, [effect.at(lag=0.1 * part)])[0]
+        np.testing.assert_allclose(found, (1 - part) * before + part * after, atol=1e-5 * after.max())
+
+
 def test_it_says_how_far_it_looks():
     assert effect.reach(effect.at(lag=0.2).values) == (0, 0.2)
     assert effect.reach(effect.at(lag=-0.3).values) == (0.3, 0)

@@ -3,16 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from physics.effects.time_zero_drift import effect
 from physics.nominal import ForwardModel
 
 
-def test_each_frame_is_that_of_a_sensor_with_its_own_time_zero(small):
+@pytest.mark.parametrize("curve", [0, 3e-9])
+def test_each_frame_is_that_of_a_sensor_with_its_own_time_zero(small, curve):
     rate = 4e-10
-    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [effect.at(rate=rate)])
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    found = model.expected(1e3, [effect.at(rate=rate, curve=curve)])
     for i, time in enumerate((0.0, 0.1, 0.2)):
-        clock = replace(small.clock, time_zero_s=small.clock.time_zero_s + rate * time)
+        clock = replace(small.clock, time_zero_s=small.clock.time_zero_s + rate * time + curve * time * time)
         other = ForwardModel(small.light, small.footprints, clock).expected(1e3)[i]
         np.testing.assert_allclose(found[i], other, atol=3e-3 * other.max())
 

@@ -1,16 +1,20 @@
-"""A window against slices, and against finer bins that it does not divide."""
+"""A window against slices, against finer bins that it does not divide, and against ramps summed bin by bin."""
 
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from physics.effects.window_clipping import effect
 
+SHAPE = st.fixed_dictionaries({"softness": st.floats(1, 10), "lost": st.floats(0, 1), "background": st.floats(0, 1)})
 
-def seen(counts, **values):
-    return effect.expected(effect.at(**values).values, SimpleNamespace(expected=np.asarray(counts, float)))
+
+def seen(counts, level=0.0, **values):
+    rendering = SimpleNamespace(expected=np.asarray(counts, float), background=level)
+    return effect.expected(effect.at(**values).values, rendering)
 
 
 @given(early=st.integers(0, 45), late=st.integers(0, 45))
@@ -27,8 +31,48 @@ def test_a_divided_bin_is_the_sum_of_finer_ones(early, late):
     kept = np.arange(160)
     kept = fine * ((kept >= early) & (kept < 160 - late))
     found = seen(fine.reshape(1, 2, 20, 8).sum(axis=-1), early=early / 8, late=late / 8)
-    np.testing.assert_allclose(found, kept.reshape(1, 2, 20, 8).sum(axis=-1))
+    np.testing.assert_allclose(found, kept.reshape(1, 2, 20, 8).sum(axis=-1), atol=1e-9)
 
 
 def test_a_window_of_no_width_holds_nothing():
     np.testing.assert_array_equal(seen(np.ones((2, 2, 6)), early=4, late=3), np.zeros((2, 2, 6)))
+
+
+def test_a_soft_edge_loses_evenly_more_from_bin_to_bin():
+    found = seen(np.full((1, 1, 12), 8.0), early=5, softness=4)[0, 0]
+    np.testing.assert_allclose(found, [0, 0, 2, 4, 6, 8, 8, 8, 8, 8, 8, 8])
+    late = seen(np.full((1, 1, 12), 8.0), late=5, softness=4)[0, 0]
+    np.testing.assert_allclose(late, found[::-1])
+
+
+@given(edge=st.floats(0, 12), shape=SHAPE)
+def test_late_is_early_looked_at_from_the_other_end(edge, shape):
+    counts = np.random.default_rng(3).uniform(5, 9, (1, 2, 12))
+    late = seen(counts[..., ::-1], 3.0, late=edge, **shape)[..., ::-1]
+    np.testing.assert_allclose(late, seen(counts, 3.0, early=edge, **shape))
+
+
+@given(shape=SHAPE)
+def test_without_edges_nothing_is_lost_however_soft(shape):
+    counts = np.random.default_rng(4).uniform(0, 9, (1, 2, 12))
+    np.testing.assert_array_equal(seen(counts, 2.0, early=0, late=0, **shape), counts)
+
+
+def test_signal_alone_may_be_cut_and_a_share_of_it_lost():
+    counts = np.array([[[3.0, 13, 23, 33]]])
+    np.testing.assert_allclose(seen(counts, 3.0, early=2, background=0), [[[3, 3, 23, 33]]])
+    np.testing.assert_allclose(seen(counts, 3.0, early=2, lost=0.4), [[[1.8, 7.8, 23, 33]]])
+    np.testing.assert_allclose(seen(counts, 3.0, early=2, background=0, lost=0.4), [[[3, 9, 23, 33]]])
+
+
+@pytest.mark.parametrize("truth", [{"early": 30.0}, {"late": 25.0, "lost": 0.3}, {"early": 33.0, "softness": 4}])
+@pytest.mark.parametrize("background", [0, 1])
+def test_it_suggests_the_edges_beyond_which_counts_are_lost(truth, background):
+    level = 40 + 200 * np.exp(-(((np.arange(64) - 32) / 12) ** 2))
+    rendering = SimpleNamespace(expected=np.broadcast_to(level, (20, 3, 64)), background=np.full((3, 1), 40.0))
+    cut = effect.expected(effect.at(**truth, background=background).values, rendering)
+    excess = np.random.default_rng(5).poisson(cut) - rendering.expected
+    starts = effect.starts(excess, rendering.expected, rendering)
+    truth = truth | {"background": background}
+    near = {"early": 1.5, "late": 1.5, "softness": 0.1, "lost": 0.1, "background": 0.1}
+    assert any(all(abs(start[n] - v) <= near[n] for n, v in truth.items()) for start in starts)

@@ -1,0 +1,72 @@
+"""Pulses that wander evenly from frame to frame: straight lines through frames and bins with light in excess."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import fftconvolve
+
+from physics.rendering import Rendering
+
+# A session is searched in so many parts of successive frames, and so many slopes.
+MOST_PARTS = 96
+MOST_SLOPES = 257
+# Two lines that are nowhere farther apart than this are one.
+APART_BINS = 2.0
+
+
+@dataclass(frozen=True)
+class Track:
+    """A pulse that wanders. arrival_s: nominal, at time 0, from the start of bin 0. drift: seconds later each second.
+
+    evidence: sum over zones of the squares of how many standard deviations more there is along it than expected.
+    """
+
+    arrival_s: float
+    drift: float
+    evidence: float
+
+
+def straight_tracks(
+    excess: np.ndarray, expected: np.ndarray, rendering: Rendering, fastest: float = np.inf, most: int = 4
+) -> list[Track]:
+    """Where a pulse of the clock's shape would explain most of an excess, best first, `most` of them.
+
+    excess: (F, P, T) recorded less expected counts. fastest: seconds by which it may arrive later or earlier for each
+    second of the session. It crosses the window once at most. The pulse is a matched filter for white noise (Turin
+    1960, IRE Trans. Inf. Theory 6, 311), and each zone has its own strength along the line, 0 or more.
+    """
+    clock, time_s, (frames, zones, bins) = rendering.clock, rendering.light.time_s, excess.shape
+    parts = np.array_split(np.arange(frames), min(frames, MOST_PARTS))
+    times = np.array([time_s[part].mean() for part in parts])
+    summed, mean = (np.stack([counts[part].sum(axis=0) for part in parts]) for counts in (excess, expected))
+    pulse = clock.pulse.in_bins((bins + 0.5) * clock.bin_width_s, 2 * bins + 1, clock.bin_width_s)
+    pulse = pulse / max(np.sqrt((pulse**2).sum()), 1e-12)
+    matched = fftconvolve(summed / np.sqrt(np.maximum(mean, 1)), pulse[None, None, ::-1], mode="same", axes=-1)
+
+    lasted = max(float(np.ptp(times)), 1e-9)
+    reach = min(bins, int(np.ceil(min(fastest * lasted / clock.bin_width_s, bins))))
+    found = []
+    for slope in np.linspace(-reach, reach, min(2 * reach + 1, MOST_SLOPES)):
+        along, passed = np.zeros((zones, 3 * bins)), np.zeros(3 * bins)
+        for part, shift in enumerate(np.rint(slope * (times - times[0]) / lasted).astype(int)):
+            # Lines that begin up to a window before the first bin, or after the last, may enter later.
+            inside = slice(bins - shift, 2 * bins - shift)
+            along[:, inside] += matched[part]
+            passed[inside] += 1
+        # What is seen in few frames only needs more of an excess.
+        sigmas = along / np.sqrt(np.maximum(passed, len(parts) / 4))
+        evidence = (np.maximum(sigmas, 0) ** 2).sum(axis=0)
+        best = int(np.argmax(evidence))
+        found.append((float(evidence[best]), best - bins, float(slope)))
+
+    chosen: list[tuple[float, int, float]] = []
+    for line in sorted(found, reverse=True):
+        ends = np.array([line[1], line[1] + line[2]])
+        if all(np.abs(ends - [first, first + slope]).max() > APART_BINS for _, first, slope in chosen):
+            chosen.append(line)
+    return [
+        Track(
+            (first + 0.5 - slope * times[0] / lasted) * clock.bin_width_s, slope * clock.bin_width_s / lasted, evidence
+        )
+        for evidence, first, slope in chosen[:most]
+    ]

@@ -1,0 +1,59 @@
+"""What else noise should be: without waves, as scattered as photons, of all remainders."""
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+from mismatch.checks import checks, dispersion, remainders, wave
+
+SHAPE = (24, 4, 48)
+
+
+def counts(seed, mean=80.0):
+    return np.random.default_rng(seed).poisson(mean, SHAPE).astype(float)
+
+
+def white(seed):
+    return np.random.default_rng(seed).normal(size=SHAPE)
+
+
+def test_noise_has_no_strongest_wave_beyond_chance():
+    found = [wave(white([1, seed])).p_value for seed in range(100)]
+    assert kstest(found, "uniform").pvalue > 1e-3
+
+
+def test_a_wave_through_frames_and_bins_is_found_where_it_is():
+    f, _, t = np.indices(SHAPE)
+    found = wave(white(2) + 0.2 * np.sin(2 * np.pi * (5 * t / 48 - 3 * f / 24)))
+    assert found.p_value < 1e-6
+    assert "5 periods over the bins, 3 over the frames" in found.sentence
+
+
+@pytest.mark.parametrize("mean", [0.3, 3.0, 80.0])
+def test_photons_scatter_as_photons_do(mean):
+    found = [dispersion(counts([3, seed], mean), np.full(SHAPE, mean)).p_value for seed in range(60)]
+    assert kstest(found, "uniform").pvalue > 1e-3
+
+
+def test_counts_that_scatter_more_or_less_are_found():
+    mean = np.full(SHAPE, 80.0)
+    rng = np.random.default_rng(4)
+    more = dispersion(rng.negative_binomial(800, 800 / 880, SHAPE).astype(float), mean)
+    less = dispersion(rng.binomial(160, 0.5, SHAPE).astype(float), mean)
+    assert more.p_value < 1e-6
+    assert "more than photons" in more.sentence
+    assert less.p_value < 1e-6
+    assert "less than photons" in less.sentence
+
+
+def test_a_bit_that_sticks_in_one_zone_is_found_there():
+    seen = counts(5)
+    assert min(check.p_value for check in remainders(seen, np.full(SHAPE, 80.0))) > 1e-3
+    seen[:, 2] -= seen[:, 2] % 2
+    found = remainders(seen, np.full(SHAPE, 80.0))
+    assert all(check.p_value < 1e-6 for check in found)
+    assert "zone 2 divided by 2" in found[0].sentence
+
+
+def test_all_of_them_are_quiet_about_a_simulation_that_is_right(drawn, rig):
+    assert min(check.p_value for check in checks(drawn(6), rig.expected())) > 1e-3

@@ -1,0 +1,94 @@
+"""Values that each zone, bin or edge has for itself: fast derivatives and scores against one value moved at a time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mismatch.fit import derivatives, expected_at, fit, fit_nominal
+from mismatch.form import all_forms
+from mismatch.projection import Projection
+from mismatch.score import change_to, score, start_of
+from mismatch.simulation import Simulation
+from physics.clock import Clock
+from physics.effects import find_effect
+from physics.footprint import footprints
+from physics.light import direct_light
+from physics.pulse import tailed_pulse
+from recordings.maps import ResponseMaps
+
+ZONES, BINS = 4, 24
+GAIN = 3e4
+OWN = [("zone_gain", "factor"), ("bin_nonlinearity", "edge"), ("time_zero_offset", "delay")]
+
+
+def recorded(effects=(), noise=True):
+    """12 frames of 6 × 10 pixels that come and go, 4 zones of 24 bins."""
+    rng = np.random.default_rng(1)
+    x, y = (rng.uniform(*ends, 120) for ends in ((0, 847), (0, 479)))
+    centres = [(250, 150), (600, 160), (260, 330), (580, 340)]
+    blobs = np.stack([np.exp(-(((x - cx) / 120) ** 2) - ((y - cy) / 90) ** 2) for cx, cy in centres])
+    maps = ResponseMaps(1e5 * blobs.reshape(2, 2, -1), x, y, np.arange(120).astype(str))
+    depth = rng.uniform(0.3, 0.6, (1, 6, 10)) + 0.4 * rng.uniform(size=(12, 1, 1))
+    light = direct_light(depth, np.array([[7.5, 0, 4.5], [0, 7.5, 2.5], [0, 0, 1]]), None, np.ones_like(depth))
+    width = 0.5e-9
+    clock = Clock(width, BINS, 2e-9 + np.zeros(ZONES), tailed_pulse(0.2e-9, 0.3e-9, 0.4e-9, 0.2, width / 16))
+    model = Simulation(np.zeros((12, ZONES, BINS)), light, footprints(maps, (6, 10)), clock, np.full(ZONES, 5.0),
+                       np.arange(12))  # fmt: skip
+    mean = model.expected(GAIN, effects)
+    return replace(model, counts=rng.poisson(mean).astype(float) if noise else mean)
+
+
+def the_form(name, parameter):
+    forms = all_forms({"zone": ZONES, "bin": BINS})
+    return next(form for form in forms if form.effect.id == name and parameter in form.own)
+
+
+@pytest.mark.parametrize(("name", "parameter"), OWN)
+def test_derivatives_are_those_of_each_value_by_itself(name, parameter):
+    simulation, form = recorded(), the_form(name, parameter)
+    x = np.concatenate([[np.log(GAIN)], np.random.default_rng(2).uniform(0.2, 1.5, form.sizes[parameter])])
+    here = expected_at(simulation, (form,), x)
+    found = derivatives(simulation, (form,), x, here)
+    for i in range(1, len(x)):
+        moved = x.copy()
+        moved[i] += 1e-3
+        alone = (expected_at(simulation, (form,), moved) - here).ravel() / 1e-3
+        np.testing.assert_allclose(found[:, i], alone, atol=1e-6 * max(np.abs(alone).max(), 1))
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.02])
+@pytest.mark.parametrize(("name", "parameter"), OWN)
+def test_a_score_is_that_of_all_columns_written_out(name, parameter, sigma):
+    simulation, form = recorded(), the_form(name, parameter)
+    fitted = fit_nominal(simulation, sigma)
+    projection = Projection(simulation, fitted)
+    columns = []
+    for i in range(form.sizes[parameter]):
+        start = np.where(np.arange(form.sizes[parameter]) == i, form.start[parameter],
+                         form.effect.parameter(parameter).vanishes_at)  # fmt: skip
+        alone = replace(form, start=form.start | {parameter: start})
+        columns.append(change_to(simulation, fitted, alone, form.strengths).ravel())
+    white = projection.whitened(np.stack(columns, axis=-1))
+    kept = (white**2).sum(axis=0) > 1e-8
+    best = np.linalg.lstsq(white[:, kept], projection.residual, rcond=None)[0]
+    promised = score(simulation, fitted, projection, form)
+    # Where a column's projection is all but nothing the two may keep different ones: none here.
+    assert promised.dof == kept.sum()
+    np.testing.assert_allclose(promised.amplitude[kept], best, rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(promised.gain, ((white[:, kept] @ best) ** 2).sum(), rtol=1e-6)
+
+
+def test_edges_that_are_there_are_found():
+    late = 0.1 * np.random.default_rng(3).normal(size=BINS)
+    simulation = recorded([find_effect("bin_nonlinearity").at(edge=late)])
+    nominal, form = fit_nominal(simulation), the_form("bin_nonlinearity", "edge")
+    promised = score(simulation, nominal, Projection(simulation, nominal), form)
+    x = np.concatenate([nominal.x, start_of(form, promised.amplitude)])
+    best = fit(simulation, (form,), x)
+    error = np.sqrt(np.diag(best.covariance))[1:] * form.effect.parameter("edge").start
+    away = best.settings[0].values["edge"] - late
+    told = (error > 1e-6) & (error < 0.03)
+    assert told.sum() > BINS / 2
+    assert ((away[told] / error[told]) ** 2).sum() < told.sum() + 4 * np.sqrt(2 * told.sum())
+    assert promised.gain == pytest.approx(nominal.deviance - best.deviance, rel=0.2)

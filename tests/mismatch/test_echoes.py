@@ -1,0 +1,35 @@
+"""Echoes of the signal in what a fit leaves."""
+
+import numpy as np
+from scipy.stats import kstest
+
+from mismatch.echoes import echoes
+
+
+def looked(simulation, expected):
+    return echoes(simulation, expected, expected)
+
+
+def test_noise_has_no_echo(drawn, rig):
+    found = np.array([[check.p_value for check in looked(drawn([1, seed]), rig.expected())] for seed in range(30)])
+    for column in found.T:
+        # They may be too cautious: displaced signals are alike, and each is paid for.
+        assert kstest(column, "uniform", alternative="greater").pvalue > 1e-3
+
+
+def test_a_zone_that_hears_another_is_found(rig, simulated):
+    expected = rig.expected()
+    mean = expected.copy()
+    mean[:, 3, 5:] += 0.02 * np.maximum(expected[:, 1, :-5] - 3.0, 0)
+    _, pair = looked(simulated(np.random.default_rng(2).poisson(mean)), expected)
+    assert pair.p_value < 1e-6
+    assert pair.sentence == "zone 3 shows the signal of zone 1 displaced by 5 bins"
+
+
+def test_an_echo_of_some_frames_is_found(rig, simulated):
+    expected = rig.expected()
+    mean = expected.copy()
+    mean[::6, :, :-7] += 0.03 * np.maximum(expected[::6, :, 7:] - 5.0, 0)
+    frames, _ = looked(simulated(np.random.default_rng(3).poisson(mean)), expected)
+    assert frames.p_value < 1e-6
+    assert frames.sentence.startswith("an echo 7 bins before the signal")

@@ -1,0 +1,66 @@
+"""Coordinates of a fit and settings of effects: there and back, within bounds."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mismatch.form import all_forms, bounds, forms_of, logarithmic, to_coordinate, to_value
+from physics.effects import all_effects, find_effect
+
+STABLE = ("impulse_tail", "time_zero_offset", "ambient_pedestal", "stray_light", "pile_up", "zone_gain")
+SIZES = {"zone": 3, "bin": 5, "edge": 4}
+FORMS = [form for name in STABLE for form in forms_of(find_effect(name), SIZES)]
+
+
+@settings(max_examples=200)
+@given(st.sampled_from(FORMS), st.data())
+def test_coordinates_become_a_setting_and_come_back(form, data):
+    x = np.array([data.draw(st.floats(*bounds(parameter))) for parameter, _ in form.coordinates])
+    setting = form.setting(x)
+    np.testing.assert_allclose(form.coordinates_of(setting), x, rtol=1e-9, atol=1e-9)
+
+
+@given(st.sampled_from([p for e in all_effects().values() for p in e.parameters]), st.floats(-1e9, 1e9))
+def test_no_coordinate_leads_out_of_bounds(parameter, x):
+    low, high = bounds(parameter)
+    assert low < high
+    value = to_value(parameter, float(np.clip(x, low, high)))
+    assert parameter.low <= value <= parameter.high
+
+
+@pytest.mark.parametrize("name", STABLE)
+def test_the_start_is_where_the_effect_starts(name):
+    for form in forms_of(find_effect(name), SIZES):
+        begun = form.setting(form.at_start()).values
+        for parameter in form.effect.parameters:
+            np.testing.assert_allclose(begun[parameter.name], form.start[parameter.name], rtol=1e-12)
+
+
+def test_times_over_decades_are_fitted_by_their_logarithm_and_strengths_are_not():
+    effect = find_effect("impulse_tail")
+    tau, share = effect.parameter("tau"), effect.parameter("share")
+    assert logarithmic(tau)
+    assert not logarithmic(share)
+    assert to_coordinate(tau, tau.start * np.e) == pytest.approx(1)
+    assert to_coordinate(share, share.vanishes_at) == 0
+
+
+def test_an_effect_of_zones_is_tried_with_one_value_and_with_one_for_each():
+    common, divided = forms_of(find_effect("zone_gain"), SIZES)
+    assert len(common.coordinates) == 1
+    assert len(divided.coordinates) == 3
+    assert divided.setting(np.array([1.0, 2.0, 3.0])).values["factor"] == pytest.approx([1.1, 2.2, 3.3])
+    assert common.name == "zone_gain(factor)"
+    assert divided.name == "zone_gain(factor[])"
+
+
+def test_a_form_begins_elsewhere_only_by_parameters_it_has():
+    form = FORMS[0]
+    assert form.beginning({"tau": 7e-10}).start["tau"] == 7e-10
+    assert form.beginning({"factor": 2.0}) is None
+
+
+def test_effects_that_are_given_are_not_tried():
+    ids = {form.effect.id for form in all_forms(SIZES, without=("pile_up",))}
+    assert ids == set(all_effects()) - {"pile_up"}

@@ -1,0 +1,101 @@
+"""Names of what was found: gains on held-out frames, parameters, rivals and where they act."""
+
+import numpy as np
+import pytest
+from scipy.stats import poisson
+
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import forms_of
+from mismatch.located import locate_effects
+from mismatch.naming import contested, estimates, gain_of, name_effects
+from mismatch.rivals import Rival, probabilities
+from mismatch.selection import coordinates, price, select, without
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48, "edge": 47}
+
+
+def forms(*names):
+    return [form for name in names for form in forms_of(find_effect(name), SIZES)]
+
+
+@pytest.fixture(scope="module")
+def parts(drawn):
+    simulation = drawn(1, "ambient_pedestal", level=2.0)
+    return simulation, simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
+
+
+@pytest.fixture(scope="module")
+def pedestal(parts):
+    train = parts[1]
+    form = forms("ambient_pedestal")[0]
+    return fit(train, (form,), np.concatenate([fit_nominal(train).x, form.at_start()]))
+
+
+def test_the_gain_is_twice_the_log_likelihood_ratio_on_held_out_frames(parts, pedestal):
+    _, train, test = parts
+    less = without(train, pedestal, pedestal.forms[0])
+    observed, expected, z = gain_of(test, less, pedestal)
+    now, then = test.expected(less.gain), test.expected(pedestal.gain, pedestal.settings)
+    ratio = poisson.logpmf(test.counts, then).sum() - poisson.logpmf(test.counts, now).sum()
+    assert observed == pytest.approx(2 * ratio, rel=1e-6)
+    # Its mean, were the pedestal there: the counts replaced by what is expected; and z is its root, about.
+    assert expected == pytest.approx(2 * (then * np.log(then / now) - then + now).sum(), rel=1e-6)
+    assert observed == pytest.approx(expected, abs=6 * np.sqrt(expected))
+    assert z == pytest.approx(np.sqrt(expected), rel=0.25)
+
+
+def test_estimates_are_in_the_units_of_their_parameters(drawn):
+    form = forms("impulse_tail")[0]
+    simulation = drawn(2, "impulse_tail", share=0.15, tau=4e-10)
+    fitted = fit(simulation, (form,), np.concatenate([fit_nominal(simulation).x, form.at_start()]))
+    share, tau = estimates(fitted, form)
+    assert (share.name, share.unit, tau.name, tau.unit) == ("share", "1", "tau", "s")
+    assert share.value == fitted.settings[0].values["share"]
+    assert tau.value == fitted.settings[0].values["tau"]
+    # A coordinate of tau is its logarithm, one of the share a unit of 0.1.
+    assert tau.sigma == pytest.approx(tau.value * np.sqrt(fitted.covariance[2, 2]))
+    assert share.sigma == pytest.approx(0.1 * np.sqrt(fitted.covariance[1, 1]))
+
+
+def test_only_the_cause_is_selected_and_named(parts):
+    simulation, train, test = parts
+    rounds = select(train, test, forms("ambient_pedestal", "stray_light", "impulse_tail", "zone_gain"))
+    assert rounds[0].chosen is not None
+    assert rounds[-1].chosen is None
+    judged, contests = contested(train, test, rounds[-1].before, rounds)
+    assert [form.effect.id for form in judged.forms] == ["ambient_pedestal"]
+    explained = fit(simulation, judged.forms, judged.x, judged.frame_gain_sigma)
+    (named,) = name_effects(train, test, judged, contests, explained, rounds[0].tried)
+    assert named.id == "ambient_pedestal"
+    assert named.p_value < 1e-6
+    (place,) = locate_effects(simulation, explained, (named,))
+    assert place.share == 1
+    assert place.p_value == named.p_value
+    assert place.zones == (0, 1, 2, 3)
+
+
+def test_of_nothing_nothing_is_selected(drawn):
+    simulation = drawn(3)
+    rounds = select(
+        simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2)), forms("stray_light", "zone_gain")
+    )
+    assert len(rounds) == 1
+    assert rounds[0].chosen is None
+
+
+def test_without_an_effect_the_rest_is_fitted_again(parts, pedestal):
+    less = without(parts[1], pedestal, pedestal.forms[0])
+    assert less.forms == ()
+    assert less.deviance == pytest.approx(fit_nominal(parts[1]).deviance, abs=0.1)
+    assert len(coordinates(pedestal, pedestal.forms[0])) == 1
+
+
+def test_a_parameter_costs_the_logarithm_of_the_number_of_histograms(parts):
+    assert price(parts[1]) == pytest.approx(np.log(12 * 4))
+
+
+def test_probabilities_are_those_of_bayes(pedestal):
+    found = [Rival(pedestal.forms[0], pedestal, evidence) for evidence in (-1000.0, -1002.0, -1010.0)]
+    weights = np.exp([0.0, -1.0, -5.0])
+    np.testing.assert_allclose(probabilities(found), weights / weights.sum())

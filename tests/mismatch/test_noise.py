@@ -1,0 +1,90 @@
+"""Gain that fluctuates from frame to frame."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.stats import norm, poisson
+
+from mismatch.fit import fit_nominal
+from mismatch.noise import FrameGains, frame_gain_sigma
+
+from .conftest import BACKGROUND, FRAMES
+
+
+def fluctuating(rig, simulated, seed, factors):
+    signal = rig.expected() - BACKGROUND[:, None]
+    mean = np.maximum(factors, 0)[:, None, None] * signal + BACKGROUND[:, None]
+    return simulated(np.random.default_rng(seed).poisson(mean))
+
+
+def estimated(simulation):
+    return frame_gain_sigma(simulation, fit_nominal(simulation).expected)
+
+
+def test_the_fluctuation_put_in_is_found(rig, simulated):
+    found = []
+    for seed in range(40):
+        factors = 1 + 0.05 * np.random.default_rng([1, seed]).normal(size=FRAMES)
+        found.append(estimated(fluctuating(rig, simulated, seed, factors)))
+    # Third differences of 24 frames are worth 9 independent numbers: 24 % each, 4 % of the mean square of 40.
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(0.05, rel=0.12)
+    assert min(found) > 0.01
+    assert max(found) < 0.1
+
+
+def test_none_is_found_where_there_is_none(drawn):
+    assert [estimated(drawn([2, seed])) for seed in range(10)] == [0.0] * 10
+
+
+def test_a_slow_drift_is_not_taken_for_fluctuation(rig, simulated):
+    drift = 1 + 0.2 * np.linspace(-1, 1, FRAMES) ** 2
+    assert estimated(fluctuating(rig, simulated, 3, drift)) == 0.0
+
+
+def test_too_few_frames_show_none(drawn):
+    assert estimated(drawn(4).of(np.arange(3))) == 0.0
+
+
+def test_gains_and_deviance_are_those_of_the_penalised_likelihood(rig, simulated):
+    sigma = 0.03
+    factors = 1 + sigma * np.random.default_rng(5).normal(size=FRAMES)
+    simulation = fluctuating(rig, simulated, 6, factors)
+    expected = rig.expected()
+    gains = FrameGains(simulation, sigma)
+    u = gains.best(expected)
+    for frame in (0, 7, 23):
+        signal, counts = expected[frame] - BACKGROUND[:, None], simulation.counts[frame]
+
+        def loss(x, signal=signal, counts=counts):
+            return -poisson.logpmf(counts, x * signal + signal + BACKGROUND[:, None]).sum() - norm.logpdf(
+                x[0], 0, sigma
+            )
+
+        best = minimize(lambda x, loss=loss: loss(np.atleast_1d(x)), [0.0], method="Nelder-Mead").x[0]
+        # `best` is one step of Newton from 0: off by the square of the gain.
+        assert u[frame] == pytest.approx(best, abs=2 * sigma**2)
+    plain = FrameGains(simulation, 0.0)
+    assert gains.deviance(expected) < plain.deviance(expected)
+    np.testing.assert_array_equal(plain.applied(expected), expected)
+    np.testing.assert_array_equal(plain.best(expected), 0)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.04])
+def test_normal_equations_are_those_with_a_parameter_for_every_frame(rig, simulated, sigma):
+    simulation = fluctuating(rig, simulated, 7, np.ones(FRAMES))
+    expected = rig.expected()
+    columns = np.random.default_rng(8).normal(size=(expected.size, 3)) * np.sqrt(expected).reshape(-1, 1)
+    score, information = FrameGains(simulation, sigma).normal_equations(expected, columns)
+    weight, difference = 1 / expected.ravel(), (simulation.counts - expected).ravel()
+    frames = np.zeros((expected.size, FRAMES))
+    for i, signal in enumerate(expected - BACKGROUND[:, None]):
+        frames.reshape(FRAMES, -1, FRAMES)[i, :, i] = signal.ravel()
+    whole = np.hstack([columns, frames]) if sigma else columns
+    matrix = whole.T @ (whole * weight[:, None])
+    right = whole.T @ (weight * difference)
+    if sigma:
+        matrix[3:, 3:] += np.eye(FRAMES) / sigma**2
+        taken = matrix[:3, 3:] @ np.linalg.inv(matrix[3:, 3:])
+        matrix, right = matrix[:3, :3] - taken @ matrix[3:, :3], right[:3] - taken @ right[3:]
+    np.testing.assert_allclose(information, matrix, rtol=1e-6, atol=1e-6 * np.abs(matrix).max())
+    np.testing.assert_allclose(score, right, rtol=1e-6, atol=1e-6 * np.abs(right).max())

@@ -1,0 +1,105 @@
+"""A recording becomes a simulation, or is refused in one sentence."""
+
+import numpy as np
+import pytest
+
+from mismatch.open_simulation import open_simulation, simulation_of
+from physics.sensor import SensorModel
+from recordings.files import save
+from recordings.maps import ResponseMaps
+from recordings.maps_file import save_maps
+from recordings.refusal import Refusal
+
+from .conftest import BINS, COLUMNS, CYCLES, FRAMES, ROWS, ZONES
+
+
+@pytest.fixture(scope="module")
+def counts(rig):
+    return np.random.default_rng(1).poisson(rig.expected())
+
+
+def refused(recording, maps, *words):
+    """The sentence, which holds these words."""
+    with pytest.raises(Refusal) as caught:
+        simulation_of(recording, maps, name="case.npz")
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    assert "expected" in sentence
+    for word in words:
+        assert word in sentence
+    return sentence
+
+
+def test_it_is_the_model_of_the_recording(rig, counts):
+    simulation, sensor, notes = simulation_of(rig.recording(counts), rig.maps)
+    np.testing.assert_allclose(simulation.expected(rig.gain), rig.expected(), rtol=1e-6)
+    np.testing.assert_array_equal(simulation.counts, counts)
+    assert sensor.bins == BINS
+    assert notes == ()
+    assert (simulation.light.laser_cycles == CYCLES).all()
+
+
+def test_it_is_the_same_from_files(rig, counts, tmp_path):
+    save(rig.recording(counts), tmp_path / "seen.npz")
+    save_maps(rig.maps, tmp_path / "maps.npz")
+    simulation, _, _ = open_simulation(tmp_path / "seen.npz", tmp_path / "maps.npz")
+    np.testing.assert_allclose(simulation.expected(rig.gain), rig.expected(), rtol=1e-5)
+    with pytest.raises(Refusal, match="carries no response maps, expected them by --calibration"):
+        open_simulation(tmp_path / "seen.npz")
+
+
+def test_part_of_it_is_the_model_of_those_frames(rig, counts):
+    simulation, _, _ = simulation_of(rig.recording(counts), rig.maps)
+    chosen = np.array([3, 4, 11, 20])
+    np.testing.assert_allclose(simulation.of(chosen).expected(rig.gain), rig.expected()[chosen], rtol=1e-6)
+
+
+def test_a_still_scene_may_have_one_depth_image(rig, counts):
+    simulation, _, _ = simulation_of(
+        rig.recording(counts, depth_m=np.full((ROWS, COLUMNS), 0.8), reflectance=None), rig.maps
+    )
+    assert simulation.light.range_m.shape == (FRAMES, ROWS, COLUMNS)
+
+
+def test_a_zone_that_counts_nothing_is_left_out_with_a_note(rig, counts):
+    silent = counts.copy()
+    silent[:, 2] = 0
+    simulation, _, notes = simulation_of(rig.recording(silent), rig.maps)
+    assert any("zone 2" in note for note in notes)
+    assert simulation.dead.tolist() == [False, False, True, False]
+    assert (simulation.expected(rig.gain)[:, 2] == 0).all()
+
+
+@pytest.mark.parametrize("name", ["depth_m", "intrinsics"])
+def test_geometry_that_is_missing_is_refused(rig, counts, name):
+    refused(rig.recording(counts, **{name: None}), rig.maps, "case.npz", name, "missing")
+
+
+def test_one_frame_is_refused(rig, counts):
+    one = {n: getattr(rig.recording(counts), n)[:1] for n in ("timestamp_s", "depth_m", "reflectance")}
+    refused(rig.recording(counts[:1], **one), rig.maps, "case.npz", "1 frame", "2 or more")
+
+
+def test_counts_of_nothing_are_refused(rig, counts):
+    refused(rig.recording(np.zeros_like(counts)), rig.maps, "case.npz", "counts are 0")
+
+
+def test_maps_of_other_zones_are_refused(rig, counts):
+    maps = rig.maps
+    other = ResponseMaps(maps.responses[:, :1], maps.xs, maps.ys, maps.cap_ids)
+    refused(rig.recording(counts), other, "case.npz", "2 x 2", "2 x 1")
+
+
+def test_depth_that_is_nowhere_known_is_refused(rig, counts):
+    refused(rig.recording(counts, depth_m=np.full((FRAMES, ROWS, COLUMNS), np.nan)), rig.maps, "depth_m", "NaN")
+
+
+def test_an_impulse_response_that_is_missing_is_refused(rig, counts):
+    refused(rig.recording(counts, irf=None, irf_time_s=None), rig.maps, "irf is missing")
+
+
+def test_a_sensor_of_other_bins_is_refused(rig, counts):
+    recording = rig.recording(counts)
+    sensor = SensorModel.of(rig.recording(counts[:, :, :40]))
+    with pytest.raises(Refusal, match=f"{ZONES} zones and {BINS} bins but the sensor 4 zones and 40 bins"):
+        simulation_of(recording, rig.maps, sensor)

@@ -1,0 +1,49 @@
+"""A picture of a proof: what was concealed and what was answered, and how faint a cause may be."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from mismatch.prove.scores import Scores
+from recordings.atomic import written_aside
+
+
+def save_proof(scores: Scores, path: str | Path) -> None:
+    """Confusion of truth and answer, and the share named by the deviance that a cause moves, as a .png."""
+    from matplotlib.figure import Figure
+
+    truths = sorted({truth for truth, _ in scores.confusion})
+    answers = sorted({answer for _, answer in scores.confusion})
+    matrix = np.array([[scores.confusion.get((truth, answer), 0) for answer in answers] for truth in truths])
+    figure = Figure(figsize=(6 + 0.28 * len(answers), 2.5 + 0.24 * len(truths)), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[max(len(answers), 4), 6])
+    left.imshow(matrix / matrix.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for (row, column), count in np.ndenumerate(matrix):
+        if count:
+            left.text(column, row, str(count), ha="center", va="center", fontsize=7)
+    left.set_xticks(range(len(answers)), answers, rotation=90, fontsize=7)
+    left.set_yticks(range(len(truths)), truths, fontsize=7)
+    left.set_xlabel("answered")
+    left.set_ylabel("concealed")
+    _strengths(right, scores.faint)
+    with written_aside(Path(path)) as aside:
+        figure.savefig(aside, format="png", dpi=120)
+
+
+def _strengths(axes, faint: list[tuple[float, bool]]) -> None:
+    """Share of single causes named, in steps of the deviance they move, with 68 % intervals (Agresti and Coull)."""
+    moved = np.array([pair for pair in faint if np.isfinite(pair[0]) and pair[0] > 0], float).reshape(-1, 2)
+    axes.set_xlabel("deviance that the cause moves")
+    axes.set_ylabel("share named")
+    axes.set_ylim(-0.02, 1.02)
+    if not len(moved):
+        return
+    steps = np.geomspace(moved[:, 0].min() * 0.999, moved[:, 0].max() * 1.001, 7)
+    for low, high in pairwise(steps):
+        inside = moved[(moved[:, 0] >= low) & (moved[:, 0] < high), 1]
+        if len(inside):
+            share = (inside.sum() + 0.5) / (len(inside) + 1)
+            spread = np.sqrt(share * (1 - share) / (len(inside) + 1))
+            axes.errorbar(np.sqrt(low * high), share, spread, fmt="o", color="tab:blue")
+    axes.set_xscale("log")
