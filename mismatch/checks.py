@@ -12,6 +12,8 @@ from mismatch.simulation import Simulation
 STEPS = (2, 4, 8)
 # Poisson counts of this mean or more leave every remainder of a division by 2, 4 or 8 alike often, to 1e-3.
 EVEN = 14.0
+# Mean counts from which a cell's rhythm over many frames is that of normal numbers.
+BRIGHT = 3.0
 
 
 @dataclass(frozen=True)
@@ -26,11 +28,16 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
     """All of them, for expected counts (F, P, T)."""
     counts, mean = simulation.counts, np.maximum(expected, LEAST)
     alive = np.ones(mean.shape[1], bool) if simulation.dead is None else ~simulation.dead
-    return [
-        wave((counts - mean)[:, alive] / np.sqrt(mean[:, alive])),
-        dispersion(counts, mean),
-        *remainders(counts, mean),
+    excess, mean_alive = (counts - mean)[:, alive], mean[:, alive]
+    sums = [
+        (excess.sum(axis=axis) / np.sqrt(mean_alive.sum(axis=axis)), what) for axis, what in ((1, "bin"), (2, "zone"))
     ]
+    white = (excess / np.sqrt(mean_alive)).reshape(len(mean), -1)
+    bright = np.flatnonzero(mean_alive.mean(axis=0).ravel() >= BRIGHT)
+    if len(bright):
+        sums.append((white[:, bright], "cell"))
+    rhythms = [beat(white, what) for white, what in sums]
+    return [wave(excess / np.sqrt(mean_alive)), *rhythms, dispersion(counts, mean), *remainders(counts, mean)]
 
 
 def wave(white: np.ndarray) -> Check:
@@ -45,6 +52,21 @@ def wave(white: np.ndarray) -> Check:
     turns = [min(k, n - k) for k, n in zip(best, power.shape, strict=True)]
     where = f"{turns[2]} periods over the bins, {turns[0]} over the frames"
     return Check(p, f"a wave runs through the residuals: {where}")
+
+
+def beat(white: np.ndarray, what: str) -> Check:
+    """The strongest rhythm over the frames of any bin or zone (F, N)."""
+    frames = len(white)
+    power = np.abs(np.fft.rfft(white, axis=0))[1:] ** 2 / frames
+    if frames % 2 == 0:
+        # The fastest rhythm has one phase, not two: its power scatters twice as much.
+        power[-1] /= 2
+    if not power.size:
+        return Check(1.0, "")
+    best = np.unravel_index(int(np.argmax(power)), power.shape)
+    p = float(-np.expm1(power.size * np.log1p(-np.exp(-min(float(power[best]), 600.0)))))
+    where = "one cell" if what == "cell" else f"{what} {best[1]}"
+    return Check(p, f"{where} goes up and down {best[0] + 1} times over the frames")
 
 
 def dispersion(counts: np.ndarray, mean: np.ndarray) -> Check:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mismatch.estimated_sensor import estimated_sensor
 from mismatch.simulation import Simulation
 from physics.footprint import Footprints, footprints
 from physics.light import Light, direct_light
@@ -67,6 +68,9 @@ def simulation_of(
     if every > 1:
         notes.append(f"Every {every}th of {frames} frames was compared.")
     chosen = np.arange(0, frames, every)
+    if sensor is None and recording.irf is None:
+        sensor, sentence = estimated_sensor(recording, maps)
+        notes.append(sentence)
     if sensor is None:
         sensor = SensorModel.of(recording)
     if sensor.zones != zones or sensor.bins != bins:

@@ -5,6 +5,9 @@ import numpy as np
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
+# Most that the logarithm of gain may change.
+MOST = 50.0
+
 
 class GainDrift(Effect):
     """After t seconds there are g(t) = exp(rate·t + curve·t² + warmup·exp(-t/τ)) times the counts of laser light.
@@ -80,7 +83,8 @@ class GainDrift(Effect):
         """Signal and background of every frame times the factors of its time."""
         time_s = rendering.light.time_s[:, None, None]
         change = (values["rate"] + values["curve"] * time_s) * time_s
-        change = change + values["warmup"] * np.exp(-time_s / values["tau"])
+        # No laser changes by more than this; beyond, numbers overflow.
+        change = np.clip(change + values["warmup"] * np.exp(-time_s / values["tau"]), -MOST, MOST)
         # Of what an effect before this one has taken away there cannot be more than there is.
         background = np.minimum(rendering.background, rendering.expected)
         signal = rendering.expected - background

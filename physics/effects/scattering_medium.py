@@ -42,9 +42,9 @@ class ScatteringMedium(Effect):
             "albedo",
             unit="1",
             low=0.0,
-            high=1.0,
+            high=30.0,
             start=1.0,
-            sentence="Part of the lost light that is scattered: 1 in fog, less in smoke.",
+            sentence="Backscatter over that of a medium which loses nothing and scatters to all sides alike; fog 1, smoke less.",
         ),
         Parameter(
             "overlap",

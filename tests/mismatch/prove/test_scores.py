@@ -32,8 +32,8 @@ ANSWERS = [
     # Not found.
     case({"zone_gain": {"factor": 1.1}}, "agrees", gap=None),
     # Right, a value for each zone, 3 sigma and 0 off.
-    case({"zone_gain": {"factor": [1.1, 0.9]}}, "explained",
-         [effect("zone_gain", factor_at_0=(1.13, 0.01), factor_at_1=(0.9, 0.01))], gap=1.0),
+    case({"time_zero_offset": {"delay": [1.1, 0.9]}}, "explained",
+         [effect("time_zero_offset", delay_at_0=(1.13, 0.01), delay_at_1=(0.9, 0.01))], gap=1.0),
     case({}, "agrees"), case({}, "agrees"), case({}, "explained", [effect("pile_up")]), case({}, "unknown"),
     case({}, "unknown", stranger="flicker"), case({}, "explained", [effect("time_lag")], kind="unknown"),
     case({"a_cause_of_tomorrow": {}}, "unknown"),
@@ -68,10 +68,17 @@ def test_pulls_of_what_was_named(scores):
     assert scores.within_95 == Rate(3, 4)
 
 
+def test_a_factor_that_all_zones_share_is_the_gain():
+    found = [effect("zone_gain", factor_at_0=(1.21, 0.01), factor_at_1=(0.99, 0.01))]
+    scores = score_answers([case({"zone_gain": {"factor": [1.1, 0.9]}}, "explained", found)])
+    assert scores.within_68 == Rate(2, 2)
+
+
 def test_confusion_and_faintness(scores):
     assert scores.confusion == {
         ("impulse_tail", "impulse_tail"): 1, ("pile_up", "range_walk"): 2, ("zone_gain", "agrees"): 1,
-        ("zone_gain", "zone_gain"): 1, ("nothing", "agrees"): 2, ("nothing", "pile_up"): 1, ("nothing", "unknown"): 1,
+        ("time_zero_offset", "time_zero_offset"): 1, ("nothing", "agrees"): 2, ("nothing", "pile_up"): 1,
+        ("nothing", "unknown"): 1,
         ("unknown", "unknown"): 2, ("unknown", "time_lag"): 1, ("pile_up+stray_light", "pile_up+stray_light"): 1,
         ("pile_up+stray_light", "stray_light"): 1,
     }  # fmt: skip
