@@ -112,4 +112,7 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
 def _deviances(part: Simulation, first: Fit, judged: Fit, missing: float) -> Deviance:
     """Per cell, of some frames. The floor: as explained, less what parameters' errors cost and what is left."""
     nominal, explained = on_others(part, first)[1], on_others(part, judged)[1]
-    return Deviance(*(total / part.counts.size for total in (nominal, explained, explained - missing)))
+    zones = part.counts.shape[1]
+    alive = 1.0 if part.dead is None else float((~part.dead).sum()) / zones
+    cells = part.counts.size * alive
+    return Deviance(*(total / cells for total in (nominal, explained, explained - missing)))

@@ -39,6 +39,8 @@ def quantity(value: float, sigma: float | None, unit: str) -> str:
     if not sigma or not math.isfinite(sigma):
         return number(value) + shown
     sigma = sigma / 10**power
+    if sigma == 0:  # Too small for the prefix.
+        return number(value) + shown
     decimals = 1 - math.floor(math.log10(sigma))
     if decimals > 6 or max(abs(value), sigma) >= 1e6:
         return f"{number(value)} ± {number(sigma, 2)}{shown}"

@@ -28,6 +28,11 @@ class RangeAliasing(Effect):
         LookAlike("multipath", "Turn on the laser's jitter: an aliased pulse is smeared, a second bounce is not."),
         LookAlike("cover_glass_crosstalk", "Change the laser period: an aliased pulse moves, crosstalk stays."),
     )
+    forms = (
+        ("counts", "apparent_range"),
+        ("counts", "apparent_range", "speed"),
+        ("counts", "apparent_range", "speed", "jitter"),
+    )
     parameters = (
         Parameter(
             "counts",
@@ -42,7 +47,7 @@ class RangeAliasing(Effect):
         Parameter(
             "apparent_range",
             unit="m",
-            low=0.0,
+            low=0.1,  # Nearer, it is crosstalk for all that anybody can tell.
             high=100.0,
             start=1.0,
             tries=(0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0),
@@ -61,7 +66,7 @@ class RangeAliasing(Effect):
             unit="s",
             low=0.0,
             high=1e-8,
-            start=1e-9,
+            start=0.0,
             tries=(1e-10, 1e-9),
             sentence="Most by which the laser's period is longer or shorter; 0 where it is steady.",
         ),
@@ -86,7 +91,7 @@ class RangeAliasing(Effect):
         for track in straight_tracks(excess, expected, rendering, fastest=2 * fastest / speed_of_light):
             apparent = speed_of_light / 2 * (track.arrival_s - np.mean(rendering.clock.time_zero_s))
             speed = float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest))
-            if apparent >= 0:
+            if apparent >= self.parameter("apparent_range").low:
                 tries = self.parameter("jitter").tries
                 found += [{"apparent_range": float(apparent), "speed": speed, "jitter": jitter} for jitter in tries]
         return found

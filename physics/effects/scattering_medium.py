@@ -44,7 +44,7 @@ class ScatteringMedium(Effect):
             low=0.0,
             high=30.0,
             start=1.0,
-            sentence="Backscatter over that of a medium which loses nothing and scatters to all sides alike; fog 1, smoke less.",
+            sentence="Backscatter over that of a medium that scatters to all sides alike and absorbs nothing.",
         ),
         Parameter(
             "overlap",
