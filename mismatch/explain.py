@@ -25,7 +25,7 @@ from mismatch.visibility import not_visible
 
 # What is left of a misfit, as a part of what was explained, that does not make an explanation wrong: formulas of one
 # cause differ by as much.
-NEGLIGIBLE = 0.03
+NEGLIGIBLE, A_QUARTER = 0.03, 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     missing = remains + len(judged.x) - 1
     kind = "explained" if judged.forms else "agrees"
     # What another formula of the same cause would take up.
-    small = rounds[-1].minor is not None and remains < max(MINOR, MINOR_PART * won)
+    small = rounds[-1].minor is not None and remains < min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
     if left and not (judged.forms and (small or remains < NEGLIGIBLE * won)):
         kind = "unknown"
     verdict = Verdict(

@@ -7,7 +7,7 @@ import numpy as np
 from mismatch.fit import Fit, fit, on_others
 from mismatch.form import Form
 from mismatch.score import start_of
-from mismatch.selection import Candidate, Round, coordinates, price
+from mismatch.selection import Candidate, Round, coordinates, cost
 from mismatch.simulation import Simulation
 from recordings.refusal import Refusal
 
@@ -29,7 +29,7 @@ class Rival:
 
 def evidence(train: Simulation, test: Simulation, fitted: Fit) -> float:
     """Twice the log-probability of both halves of the frames, up to a constant."""
-    return -(fitted.deviance + price(train) * len(fitted.x) + on_others(test, fitted)[1])
+    return -(fitted.deviance + cost(train, fitted) + on_others(test, fitted)[1])
 
 
 def rivals(train: Simulation, test: Simulation, now: Fit, form: Form, rounds: list[Round]) -> list[Rival]:

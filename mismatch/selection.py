@@ -21,6 +21,8 @@ FITTED = 6
 # A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
 # is no name: two formulas of one cause differ by as much.
 MINOR, MINOR_PART = 60.0, 0.08
+# Deviance by which an effect must beat others where its name is stretched.
+STRAINED = 12.0
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
 
@@ -95,6 +97,13 @@ def price(simulation: Simulation) -> float:
     return float(np.log(simulation.counts.shape[0] * simulation.counts.shape[1]))
 
 
+def cost(simulation: Simulation, fitted: Fit) -> float:
+    """Deviance that a fit's parameters must gain, and its effects where their names are stretched."""
+    rendering = simulation.rendering(fitted.gain)
+    strained = sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
+    return price(simulation) * len(fitted.x) + STRAINED * strained
+
+
 def candidate(train: Simulation, test: Simulation, before: Fit, found: Score) -> Candidate:
     """A form beside those of a fit, fitted on some frames and judged on others."""
     x = np.concatenate([before.x, start_of(found.form, found.amplitude)])
@@ -110,7 +119,7 @@ def candidate(train: Simulation, test: Simulation, before: Fit, found: Score) ->
     # If `then` were true, the deviance gained would be twice the divergence of `now` from it.
     truth = np.maximum(gains.applied(then), LEAST)
     expected_gain = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
-    criterion = fitted.deviance + price(train) * len(fitted.x)
+    criterion = fitted.deviance + cost(train, fitted)
     return Candidate(found, fitted, criterion, heldout, z, observed, expected_gain)
 
 

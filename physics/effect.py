@@ -134,6 +134,10 @@ class Effect:
         """
         return []
 
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """Whether values that are admitted stretch what the effect means, so that another name would be better."""
+        return False
+
     def apply(self, noun: str, values: Values, rendering: Rendering) -> Any:
         """The field `noun` of the rendering, changed."""
         return getattr(self, noun)(values, rendering)

@@ -54,6 +54,11 @@ class Interference(Effect):
         shares = clock.pulse.in_bins(arrival_s, clock.bins, clock.bin_width_s)
         return rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares[:, None]
 
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A pulse that stays where it is comes from the sensor's own laser: another emitter's clock is another."""
+        wandered = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
+        return wandered < rendering.clock.bin_width_s
+
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess."""
         tracks = straight_tracks(excess, expected, rendering, fastest=1e-3)
