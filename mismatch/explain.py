@@ -1,25 +1,21 @@
 """Where a recording and its simulation differ, and what physics was left out: from frames to a verdict."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mismatch.blocks import halves
-from mismatch.checks import checks
-from mismatch.echoes import echoes
 from mismatch.economy import economical
 from mismatch.fit import Fit, fit, fit_nominal, on_others
 from mismatch.form import all_forms
+from mismatch.leftover import what_is_left
 from mismatch.located import locate_effects
 from mismatch.naming import contested, name_effects, next_measurement
-from mismatch.noise import FrameGains
-from mismatch.places import Place, places, wherever
-from mismatch.poisson import LEAST
-from mismatch.selection import MINOR, MINOR_PART, SIGNIFICANT, Round, select
+from mismatch.poisson import expected_deviance
+from mismatch.selection import MINOR, MINOR_PART, Round, select
 from mismatch.simulation import Simulation
-from mismatch.tables import tables
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
 
@@ -82,8 +78,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
         located=locate_effects(simulation, explained, effects) if judged.forms else left,
         effects=effects,
         train=_deviances(train, first, judged, missing),
-        heldout=_deviances(test, first, judged, missing),
-        gap_closed=float(np.clip(won / max(won + missing, 1e-9), 0, 1)) if judged.forms else None,
+        heldout=(heldout := _deviances(test, first, judged, missing)),
+        gap_closed=_closed(heldout) if judged.forms else None,
         unexplained=left,
         not_visible=not_visible(rounds[-1].scores, len(chosen) / frames),
         next_measurement=next_measurement(train, contests),
@@ -93,26 +89,20 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     return Explanation(verdict, simulation, chosen, held, nominal, explained, judged, tuple(rounds))
 
 
-def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
-    """Places of what a fit leaves beyond noise; none where noise explains it."""
-    looked = tables(simulation, fitted)
-    mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
-    besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, mean)]
-    many = len(looked) + len(besides)
-    found: list[Place] = []
-    if many * min(table.p_value for table in looked) < SIGNIFICANT:
-        found += places(simulation, fitted)
-    worst = min(besides, key=lambda check: check.p_value)
-    if many * worst.p_value < SIGNIFICANT and not found:
-        found.append(wherever(simulation, worst.p_value * many, worst.sentence))
-    total = max(sum(place.gain for place in found), 1e-12)
-    return tuple(replace(place, share=place.gain / total) for place in found)
-
-
 def _deviances(part: Simulation, first: Fit, judged: Fit, missing: float) -> Deviance:
-    """Per cell, of some frames. The floor: as explained, less what parameters' errors cost and what is left."""
-    nominal, explained = on_others(part, first)[1], on_others(part, judged)[1]
+    """Per cell, of some frames. The floor: as explained, less what parameters' errors cost and what is left.
+
+    It is no lower than photon noise alone would make it on average, where a misfit is large.
+    """
+    nominal, (expected, explained) = on_others(part, first)[1], on_others(part, judged)
+    noise = float(expected_deviance(expected)[0].sum())
+    floor = max(explained - missing, min(noise, explained))
     zones = part.counts.shape[1]
     alive = 1.0 if part.dead is None else float((~part.dead).sum()) / zones
     cells = part.counts.size * alive
-    return Deviance(*(total / cells for total in (nominal, explained, explained - missing)))
+    return Deviance(*(total / cells for total in (nominal, explained, floor)))
+
+
+def _closed(fit: Deviance) -> float:
+    """Of the way from the nominal model to the floor, the part that was gone."""
+    return float(np.clip((fit.nominal - fit.explained) / max(fit.nominal - fit.floor, 1e-12), 0, 1))

@@ -1,0 +1,31 @@
+"""What a fit leaves beyond noise, wherever and in whatever shape."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mismatch.checks import checks
+from mismatch.echoes import echoes
+from mismatch.fit import Fit
+from mismatch.noise import FrameGains
+from mismatch.places import Place, places, wherever
+from mismatch.poisson import LEAST
+from mismatch.selection import SIGNIFICANT
+from mismatch.simulation import Simulation
+from mismatch.tables import tables
+
+
+def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
+    """Places of what a fit leaves beyond noise; none where noise explains it."""
+    looked = tables(simulation, fitted)
+    mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
+    besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, mean)]
+    many = len(looked) + len(besides)
+    found: list[Place] = []
+    if many * min(table.p_value for table in looked) < SIGNIFICANT:
+        found += places(simulation, fitted)
+    worst = min(besides, key=lambda check: check.p_value)
+    if many * worst.p_value < SIGNIFICANT and not found:
+        found.append(wherever(simulation, worst.p_value * many, worst.sentence))
+    total = max(sum(place.gain for place in found), 1e-12)
+    return tuple(replace(place, share=place.gain / total) for place in found)
