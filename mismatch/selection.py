@@ -9,8 +9,8 @@ from mismatch.fit import Fit, fit, fit_nominal, on_others
 from mismatch.form import Form
 from mismatch.noise import FrameGains, frame_gain_sigma
 from mismatch.poisson import LEAST
-from mismatch.projection import Projection
-from mismatch.score import Score, score, start_of
+from mismatch.ranking import ranked
+from mismatch.score import Score, start_of
 from mismatch.simulation import Simulation
 
 # Chance at which noise is let in, after correction for the number of forms tried.
@@ -66,30 +66,6 @@ class Round:
     candidates: tuple[Candidate, ...]
     chosen: Candidate | None
     minor: Candidate | None = None
-
-
-def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
-    """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
-    projection = Projection(simulation, fitted)
-    forms = [*forms, *suggested(simulation, fitted, forms)]
-    found = [s for s in (score(simulation, fitted, projection, form) for form in forms) if s is not None]
-    best: dict[tuple, Score] = {}
-    for s in found:
-        key = (s.form.effect.id, s.form.free, s.form.own)
-        if key not in best or s.gain > best[key].gain:
-            best[key] = s
-    return sorted(best.values(), key=lambda s: s.log_p), len(found)
-
-
-def suggested(simulation: Simulation, fitted: Fit, forms: list[Form]) -> list[Form]:
-    """Forms begun where the data suggest."""
-    excess, rendering = simulation.counts - fitted.expected, simulation.rendering(fitted.gain)
-    once: dict[tuple, Form] = {}
-    for form in forms:
-        once.setdefault((form.effect.id, form.free, form.own), form)
-    starts = {e.id: e.starts(excess, fitted.expected, rendering) for e in {f.effect for f in once.values()}}
-    begun = (form.beginning(values) for form in once.values() for values in starts[form.effect.id])
-    return [form for form in begun if form is not None]
 
 
 def price(simulation: Simulation) -> float:

@@ -1,0 +1,31 @@
+"""What every form of every effect promises beside a fit, cheaply: score tests, best first."""
+
+from mismatch.fit import Fit
+from mismatch.form import Form
+from mismatch.projection import Projection
+from mismatch.score import Score, score
+from mismatch.simulation import Simulation
+
+
+def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
+    """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
+    projection = Projection(simulation, fitted)
+    forms = [*forms, *suggested(simulation, fitted, forms)]
+    found = [s for s in (score(simulation, fitted, projection, form) for form in forms) if s is not None]
+    best: dict[tuple, Score] = {}
+    for s in found:
+        key = (s.form.effect.id, s.form.free, s.form.own)
+        if key not in best or s.gain > best[key].gain:
+            best[key] = s
+    return sorted(best.values(), key=lambda s: s.log_p), len(found)
+
+
+def suggested(simulation: Simulation, fitted: Fit, forms: list[Form]) -> list[Form]:
+    """Forms begun where the data suggest."""
+    excess, rendering = simulation.counts - fitted.expected, simulation.rendering(fitted.gain)
+    once: dict[tuple, Form] = {}
+    for form in forms:
+        once.setdefault((form.effect.id, form.free, form.own), form)
+    starts = {e.id: e.starts(excess, fitted.expected, rendering) for e in {f.effect for f in once.values()}}
+    begun = (form.beginning(values) for form in once.values() for values in starts[form.effect.id])
+    return [form for form in begun if form is not None]
