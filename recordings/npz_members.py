@@ -18,6 +18,8 @@ SUFFIX = ".npy"
 # Members larger than this get the long form of a zip entry; others the short one that every program reads.
 LARGE = 1 << 30
 PIECE = 1 << 22
+# The record at the end of an archive, with the longest comment, and a number of members that is told elsewhere.
+END, LONGEST_END, UNTOLD = b"PK\x05\x06", 22 + (1 << 16), 0xFFFF
 
 
 @dataclass(frozen=True)
@@ -76,9 +78,21 @@ def exactly(packed: IO[bytes], size: int, name: str) -> bytearray:
     return data
 
 
+def entries(archive: zipfile.ZipFile) -> int:
+    """How many members the end of the archive says there are: a damaged list may hide some of them."""
+    file = archive.fp
+    file.seek(0, 2)
+    file.seek(max(0, file.tell() - LONGEST_END))
+    end = file.read()
+    return int.from_bytes(end[end.rindex(END) + 10 :][:2], "little")
+
+
 def members(archive: zipfile.ZipFile) -> dict[str, Member]:
     """The arrays of an archive by name; refuses anything else in it, and headers that claim too much."""
     found: dict[str, Member] = {}
+    counted = entries(archive)
+    if counted not in (len(archive.infolist()), UNTOLD):
+        raise Refusal(f"lists {len(archive.infolist())} arrays, expected {counted} as its end says")
     for info in archive.infolist():
         name = info.filename.removesuffix(SUFFIX)
         if name == info.filename:

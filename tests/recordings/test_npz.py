@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from recordings.encoded import EncodedFrames
 from recordings.files import load, save, stream
 from recordings.npz import load_npz, stream_npz
+from recordings.npz_members import members
 from recordings.recording import Recording
 from recordings.refusal import Refusal
 from recordings.stream import Stream
@@ -199,3 +200,16 @@ def test_damage_is_refused_or_changes_nothing(folder, make, same, data):
     for read in (load, lambda path: stream(path).collect()):
         with contextlib.suppress(Refusal):
             same(recording, read(folder / "d.npz"))
+
+
+def test_a_list_of_members_that_hides_one_is_refused(tmp_path):
+    """The entry of one array, swallowed as the comment of the one before."""
+    path = tmp_path / "hiding.npz"
+    np.savez(path, first=np.arange(3), second=np.arange(3))
+    data = bytearray(path.read_bytes())
+    one, other = (data.rindex(b"PK\x01\x02", 0, at) for at in (data.rindex(b"PK\x01\x02"), len(data)))
+    end = data.rindex(b"PK\x05\x06")
+    data[one + 32 : one + 34] = (end - other).to_bytes(2, "little")
+    path.write_bytes(data)
+    with zipfile.ZipFile(path) as archive, pytest.raises(Refusal, match="lists 1 arrays, expected 2 as its end says"):
+        members(archive)
