@@ -21,7 +21,8 @@ def save_proof(scores: Scores, path: str | Path) -> None:
     left.imshow(matrix / matrix.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1, aspect="auto")
     for (row, column), count in np.ndenumerate(matrix):
         if count:
-            left.text(column, row, str(count), ha="center", va="center", fontsize=7)
+            shade = "white" if 2 * count > matrix[row].sum() else "black"
+            left.text(column, row, str(count), ha="center", va="center", fontsize=7, color=shade)
     left.set_xticks(range(len(answers)), answers, rotation=90, fontsize=7)
     left.set_yticks(range(len(truths)), truths, fontsize=7)
     left.set_xlabel("answered")

@@ -84,6 +84,8 @@ class Rate:
         return float(found.low), float(found.high)
 
     def __str__(self) -> str:
+        if not self.cases:
+            return "no such case"
         low, high = self.interval
         return (
             f"{self.hits} of {self.cases} ({100 * self.value:.1f} %, 95 % interval {100 * low:.1f} to {100 * high:.1f})"
