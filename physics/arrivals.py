@@ -9,6 +9,7 @@ from scipy.constants import speed_of_light
 from physics.clock import Clock, Lattice
 from physics.footprint import Footprints
 from physics.light import Light
+from physics.pages import zeros
 from physics.workers import in_parallel
 from recordings.refusal import Refusal
 
@@ -30,10 +31,9 @@ class Arrivals:
     def binned(self) -> np.ndarray:
         """(F, P, T) light registered in each bin: the pulse integrated over it."""
         frames, zones, _ = self.light.shape
-        shares = _shares(self.lattice)
-        late = len(self.lattice.cumulative) - 1 + self.lattice.per_bin - 1 - self.lattice.lead
-        out = np.zeros((frames, zones, self.bins))
-        in_parallel(lambda i: _bin(self.light[i], shares, self.lattice.per_bin, late, out[i]), range(frames))
+        shares, first = _shares(self.lattice), 1 - self.lattice.lead
+        out = np.empty((frames, zones, self.bins))
+        in_parallel(lambda i: _bin(self.light[i], shares, self.lattice.per_bin, first, out[i]), range(frames))
         return out
 
     def added(self, light: np.ndarray, arrival_s: np.ndarray) -> "Arrivals":
@@ -89,7 +89,7 @@ def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
     offset = (zero - lattice.first_s) / lattice.step_s
     per_metre = 2 / speed_of_light / lattice.step_s
     blocks = [slice(at, at + BLOCK_PX) for at in range(0, pixels, BLOCK_PX)]
-    sums = np.zeros((len(blocks), light.frames, zones, lattice.size))
+    sums = zeros((len(blocks), light.frames, zones, lattice.size))
 
     def one(task: tuple[int, int]) -> None:
         i, b = task
@@ -109,12 +109,10 @@ def _overlap(size: int, shift: int) -> tuple[slice, slice]:
 
 
 def _shares(lattice: Lattice) -> np.ndarray:
-    """(per_bin, M) share [k % per_bin, k // per_bin] of a pulse in a bin that ends k + 1 knots after it sets in."""
-    n, cumulative = lattice.per_bin, lattice.cumulative
-    steps = len(cumulative) - 1
-    k = np.arange(n * -(-(steps + n - 1) // n)) - (n - 1)
-    share = cumulative[np.clip(k + n, 0, steps)] - cumulative[np.clip(k, 0, steps)]
-    return np.ascontiguousarray(share.reshape(-1, n).T)
+    """(M,) share of a pulse in a bin, by knot, from the earliest that still reaches it to the latest."""
+    n, steps = lattice.per_bin, len(lattice.cumulative) - 1
+    since = np.arange(steps - 1, -n, -1)  # Steps of the pulse that have passed when the bin begins.
+    return lattice.cumulative[np.clip(since + n, 0, steps)] - lattice.cumulative[np.clip(since, 0, steps)]
 
 
 @njit(nogil=True, cache=True)
@@ -129,27 +127,29 @@ def _splat(ranges, strength, pixels, weights, offset, per_metre, out):
         for p in range(zones):
             at = travel + offset[p]
             if 0 <= at < last:
-                knot = int(at)
+                whole = np.int64(at)
+                knot = np.uint64(whole)  # An index without sign: no test whether it counts from the end.
                 given = light * weights[i, p]
-                later = given * (at - knot)
+                later = given * (at - whole)
                 out[p, knot] += given - later
-                out[p, knot + 1] += later
+                out[p, knot + np.uint64(1)] += later
 
 
-@njit(nogil=True, cache=True)
-def _bin(light, shares, per_bin, late, out):
-    """Spread (P, J) knots over (P, T) bins; `late` knots after knot 0 sets in, bin 0 starts."""
+@njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
+def _bin(light, shares, per_bin, first, out):
+    """Fill (P, T) bins from (P, J) knots; `shares` of bin 0 are those of knots `first` and later."""
     zones, knots = light.shape
-    bins, most = out.shape[1], shares.shape[1]
     for p in range(zones):
-        row = out[p]
-        for j in range(knots):
-            amount = light[p, j]
-            if amount == 0:
-                continue
-            start = late - j
-            first = 0 if start >= 0 else (-start + per_bin - 1) // per_bin
-            start += first * per_bin
-            m, share = start // per_bin, shares[start % per_bin]
-            for t in range(min(bins - first, most - m)):
-                row[first + t] += amount * share[m + t]
+        begin, end = 0, knots
+        while begin < end and light[p, begin] == 0:
+            begin += 1
+        while begin < end and light[p, end - 1] == 0:
+            end -= 1
+        for t in range(out.shape[1]):
+            at = first + t * per_bin
+            low, high = max(begin, at), min(end, at + shares.size)
+            total = 0.0
+            for j in range(high - low):
+                # Indices without sign, as above: the compiler takes several at once.
+                total += light[p, np.uint64(low + j)] * shares[np.uint64(low - at + j)]
+            out[p, t] = total

@@ -7,15 +7,12 @@ import numpy as np
 from numba import njit
 
 from physics.geometry import incidence_cosine, inverse_pinhole, pixel_rays
+from physics.pages import zeros
 from physics.workers import in_parallel
 from recordings.refusal import Refusal
 
-GOOD, BAD_DEPTH, BAD_REFLECTANCE, BAD_COSINE = range(4)
-COMPLAINTS = {
-    BAD_DEPTH: ("depth_m", "finite metres of 0 or more, NaN where unknown"),
-    BAD_REFLECTANCE: ("reflectance", "0 to 1, NaN where unknown"),
-    BAD_COSINE: ("incidence_cosine", "-1 to 1, NaN where unknown"),
-}
+# What float32 may round a reflectance or a cosine of 1 to.
+ABOVE_1 = 1 + 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,15 +80,13 @@ def direct_light(
     albedo = _like(depth, "reflectance", np.ones((), np.float32) if reflectance is None else reflectance)
     given = incidence_cosine(depth, intrinsics) if cosine is None else _like(depth, "incidence_cosine", cosine)
     inverse = inverse_pinhole(intrinsics)
-    ranges, strength = np.empty_like(depth), np.empty_like(depth)
+    ranges, strength = zeros((2, *depth.shape), np.float32)
     missing = np.zeros(len(depth), np.int64)
 
     def one(i: int) -> None:
-        fault, v, u, missing[i] = _direct(depth[i], inverse, albedo[i], given[i], ranges[i], strength[i])
-        if fault != GOOD:
-            name, expected = COMPLAINTS[fault]
-            value = {BAD_DEPTH: depth, BAD_REFLECTANCE: albedo, BAD_COSINE: given}[fault][i, v, u]
-            raise Refusal(f"{name}[{first_frame + i}, {v}, {u}] is {value}, expected {expected}")
+        wrong, missing[i] = _direct(depth[i], inverse, albedo[i], given[i], ranges[i], strength[i])
+        if wrong:
+            raise _complaint(first_frame + i, depth[i], albedo[i], given[i])
 
     in_parallel(one, range(len(depth)))
     times = np.arange(len(depth), dtype=float) if time_s is None else np.asarray(time_s, float)
@@ -105,31 +100,42 @@ def _like(depth: np.ndarray, name: str, values: np.ndarray) -> np.ndarray:
     """Values for every frame and pixel, float32, in memory of their own shape: the kernels are compiled for that."""
     values = np.asarray(values, np.float32)
     try:
-        return np.require(np.broadcast_to(values, depth.shape), requirements=("C", "W"))
+        # A broadcast array may not be written to and would be copied even where it is of the shape already.
+        full = values if values.shape == depth.shape else np.broadcast_to(values, depth.shape)
     except ValueError:
         raise Refusal(f"{name} has shape {values.shape}, expected {depth.shape} as depth_m") from None
+    return np.require(full, requirements=("C", "W"))
 
 
-@njit(nogil=True, cache=True)
+def _complaint(frame: int, depth: np.ndarray, albedo: np.ndarray, cosine: np.ndarray) -> Refusal:
+    """What is wrong with the first pixel of a frame that has a value which cannot be."""
+    checks = (
+        ("depth_m", depth, (depth < 0) | np.isinf(depth), "finite metres of 0 or more, NaN where unknown"),
+        ("reflectance", albedo, (albedo < 0) | (albedo > ABOVE_1), "0 to 1, NaN where unknown"),
+        ("incidence_cosine", cosine, np.abs(cosine) > ABOVE_1, "-1 to 1, NaN where unknown"),
+    )
+    v, u = np.argwhere(np.any([wrong for _, _, wrong, _ in checks], axis=0))[0]
+    name, values, _, expected = next(check for check in checks if check[2][v, u])
+    return Refusal(f"{name}[{frame}, {v}, {u}] is {values[v, u]}, expected {expected}")
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def _direct(depth, inverse, albedo, cosine, ranges, strength):
-    """Fill range and strength of one frame; (fault, row, column of it, pixels that contribute nothing)."""
-    missing = 0
+    """Fill range and strength of one frame; how many pixels cannot be, how many contribute nothing.
+
+    Without branches, so that several pixels are worked on at once; what is wrong is looked up when something is.
+    """
+    wrong = missing = 0
     for v in range(depth.shape[0]):
         y = inverse[1, 1] * v + inverse[1, 2]
+        across, beside = inverse[0, 1] * v + inverse[0, 2], y * y + 1
         for u in range(depth.shape[1]):
-            z, rho, cos = depth[v, u], albedo[v, u], cosine[v, u]
-            if z < 0 or z == np.inf:
-                return BAD_DEPTH, v, u, missing
-            if rho < 0 or rho > 1 + 1e-6:
-                return BAD_REFLECTANCE, v, u, missing
-            if cos < -1 - 1e-6 or cos > 1 + 1e-6:
-                return BAD_COSINE, v, u, missing
-            x = inverse[0, 0] * u + inverse[0, 1] * v + inverse[0, 2]
-            r = z * np.sqrt(x * x + y * y + 1)
+            z, rho, cos = float(depth[v, u]), float(albedo[v, u]), float(cosine[v, u])
+            x = inverse[0, 0] * u + across
+            r = z * np.sqrt(x * x + beside)
+            known = (r > 0) & (rho == rho) & (cos == cos)
+            wrong += (z < 0) | (z == np.inf) | (rho < 0) | (rho > ABOVE_1) | (abs(cos) > ABOVE_1)
+            missing += not known
             ranges[v, u] = r
-            if r > 0 and rho == rho and cos == cos:
-                strength[v, u] = rho * max(cos, np.float32(0)) / (r * r)
-            else:
-                strength[v, u] = 0
-                missing += 1
-    return GOOD, 0, 0, missing
+            strength[v, u] = rho * (cos if cos > 0 else 0.0) / (r * r) if known else 0.0
+    return wrong, missing

@@ -45,7 +45,9 @@ class ForwardModel:
                 now = replace(now, arrivals=bare)
             if noun == "expected":
                 signal = self._once("signal", key, now.arrivals.binned)
-                now = replace(now, expected=gain * signal + now.background)
+                counts = gain * signal
+                counts += now.background  # In place: no third array.
+                now = replace(now, expected=counts)
             acting = [setting for setting in settings if noun in setting.effect.changes]
             if acting:
                 # How bright it is may matter to when light is registered.

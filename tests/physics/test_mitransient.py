@@ -1,9 +1,5 @@
 """The nominal model and the second bounce against mitransient, a transient path tracer on Mitsuba 3."""
 
-import ctypes.util
-import os
-from glob import glob
-
 import numpy as np
 import pytest
 from scipy.constants import speed_of_light
@@ -20,22 +16,15 @@ from physics.scene.material import Material
 from physics.scene.surfaces import Box, Plane
 from recordings.maps import ResponseMaps
 
+from .path_tracer import path_tracer
+
 pytestmark = pytest.mark.slow
 WIDTH_M, BINS = 0.06, 60
 
 
 @pytest.fixture(scope="module")
 def mitsuba():
-    """mitsuba with mitransient's plug-ins; LLVM as Debian installs it (libllvm19) or as DRJIT_LIBLLVM_PATH says."""
-    known = [*sorted(glob("/usr/lib/*/libLLVM*19*.so*")), ctypes.util.find_library("LLVM-19")]
-    found = os.environ.get("DRJIT_LIBLLVM_PATH") or next(filter(None, known), None)
-    if found is None:
-        pytest.skip("no LLVM is found, which mitransient runs on: install libllvm19 or set DRJIT_LIBLLVM_PATH")
-    os.environ["DRJIT_LIBLLVM_PATH"] = found
-    module = pytest.importorskip("mitsuba", reason="mitransient is not installed: pip install .[mitransient]")
-    module.set_variant("llvm_ad_mono")
-    pytest.importorskip("mitransient", reason="mitransient is not installed: pip install .[mitransient]")
-    return module
+    return path_tracer()
 
 
 def pinhole(shape):
