@@ -18,7 +18,8 @@ class Form:
     """One way in which an effect may be there.
 
     effect. free: names of fitted parameters. own: those of which each zone (or bin) has its own. start: values of all
-    parameters where a fit begins, numbers. sizes: how many values each of `own` has.
+    parameters where a fit begins, numbers. sizes: how many values each of `own` has. given: names of parameters that
+    say what the effect is like, which the data gave and no fit varies.
     """
 
     effect: Effect
@@ -26,6 +27,7 @@ class Form:
     own: tuple[str, ...]
     start: dict[str, float]
     sizes: dict[str, int] = field(default_factory=dict)
+    given: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -71,8 +73,11 @@ class Form:
 
     def beginning(self, values: dict[str, float]) -> "Form | None":
         """The same form begun elsewhere; None where it does not fit these parameters."""
-        mine = {name: value for name, value in values.items() if name in self.free}
-        return replace(self, start=self.start | mine) if mine else None
+        if not values.keys() & set(self.free):
+            return None
+        given = tuple(n for n in values if n not in self.free and self.effect.parameter(n).vanishes_at is None)
+        mine = {name: value for name, value in values.items() if name in (*self.free, *given)}
+        return replace(self, start=self.start | mine, given=given)
 
 
 def logarithmic(parameter: Parameter) -> bool:

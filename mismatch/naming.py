@@ -97,7 +97,8 @@ def estimates(fitted: Fit, form: Form) -> tuple[Estimate, ...]:
         sigma = float(np.sqrt(max(fitted.covariance[at + i, at + i], 0)))
         name = parameter.name if place is None else f"{parameter.name}[{place}]"
         out.append(Estimate(name, value, sigma * size, parameter.unit))
-    return tuple(out)
+    given = (form.effect.parameter(name) for name in form.given)
+    return (*out, *(Estimate(p.name, float(form.start[p.name]), 0.0, p.unit) for p in given))
 
 
 def _separation(train: Simulation, one: Rival, other: Rival) -> str:

@@ -1,5 +1,7 @@
 """`mirrored_zones`: the zones are not in the order that the maps assume."""
 
+from itertools import combinations
+
 import numpy as np
 
 from physics.effect import Effect, LookAlike, Parameter, Values
@@ -9,7 +11,8 @@ from recordings.refusal import Refusal
 
 
 class MirroredZones(Effect):
-    """Zones look where others were said to: rows are exchanged first, then columns, then rows for columns.
+    """Zones look where others were said to: two of them first, or two rows or columns, then all rows mirrored, then
+    columns, then rows for columns.
 
     Each zone's weights become (1 − s) · its own + s · those of the zone it is exchanged with: s = 1 is the exchange,
     and a fit can find its way there. Footprints are exchanged, not what is the zone's own in time and counting: time
@@ -19,7 +22,7 @@ class MirroredZones(Effect):
     id = "mirrored_zones"
     acts_on = "optics"
     order = -1  # Which zone looks where comes before what zones do to their light.
-    sentence = "Rows or columns of the zones are mirrored, or rows and columns are exchanged."
+    sentence = "The zones are in another order: mirrored, turned, or two of them, two rows or two columns exchanged."
     look_alikes = (
         LookAlike(
             "footprint_shift", "Light one corner alone: where zones are mirrored, that of another corner answers."
@@ -30,7 +33,18 @@ class MirroredZones(Effect):
         LookAlike("stray_light", "Light one corner alone: mirrored, one other zone answers; stray light is in all."),
     )
     # A grid that is not square is refused its transpose, and that alone.
-    forms = (("rows",), ("columns",), ("rows", "columns"), ("transposed",))
+    forms = (
+        ("rows",),
+        ("columns",),
+        ("rows", "columns"),
+        ("transposed",),
+        ("rows", "transposed"),
+        ("columns", "transposed"),
+        ("rows", "columns", "transposed"),
+        ("zones_exchanged",),
+        ("rows_exchanged",),
+        ("columns_exchanged",),
+    )
     parameters = tuple(
         # A little, and not half: half of all would make all zones alike, where no slope shows the way.
         Parameter(
@@ -46,15 +60,82 @@ class MirroredZones(Effect):
             ("rows", "1 where the first row of zones looks where the last was said to, and so on."),
             ("columns", "1 where the first column of zones looks where the last was said to, and so on."),
             ("transposed", "1 where rows are columns; 0 where the grid is not square, as nothing else can be."),
+            ("zones_exchanged", "1 where zones `first` and `second` look where the other was said to."),
+            ("rows_exchanged", "1 where the zones of rows `first` and `second` do."),
+            ("columns_exchanged", "1 where the zones of columns `first` and `second` do."),
         )
+    ) + tuple(
+        Parameter(
+            name,
+            unit="1",
+            low=0.0,
+            high=1e4,
+            start=start,
+            sentence="Which zone, row or column is exchanged, from 0; in between, a share of two.",
+        )
+        for name, start in (("first", 0.0), ("second", 1.0))
     )
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Footprints of zones that take shares of each other's."""
-        mixed = exchange(rendering.footprints.zone_grid, values["rows"], values["columns"], values["transposed"])
+        grid = rendering.footprints.zone_grid
+        mixed = exchange(grid, values["rows"], values["columns"], values["transposed"]) @ exchanged(grid, values)
         return rendering.footprints.changed(
             lambda weights: np.moveaxis(np.moveaxis(weights, -3, -1) @ mixed.T, -1, -3),
         )
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The two zones, the two rows and the two columns that fit best in each other's place."""
+        gain = gain_in_place(expected + excess, expected)
+        rows, columns = rendering.footprints.zone_grid
+        zones = np.arange(rows * columns).reshape(rows, columns)
+        found = []
+        for name, lines in (
+            ("zones_exchanged", zones.reshape(-1, 1)),
+            ("rows_exchanged", zones),
+            ("columns_exchanged", zones.T),
+        ):
+            pairs = list(combinations(range(len(lines)), 2))
+            if pairs:
+                i, j = max(pairs, key=lambda pair: _of_both(gain, *lines[list(pair)]))
+                found.append({name: self.parameter(name).start, "first": float(i), "second": float(j)})
+        return found
+
+
+def gain_in_place(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """(P, P) log-likelihood that each zone's counts (rows) gain with each's expectation (columns), brightness free.
+
+    counts, expected: (F, P, T). Poisson: for counts c and expectation a·e the best a is sum(c)/sum(e).
+    """
+    c, e = (np.moveaxis(a, 1, 0).reshape(a.shape[1], -1) for a in (counts, np.maximum(expected, 1e-9)))
+    found = c @ np.log(e).T - np.outer(c.sum(axis=1), np.log(e.sum(axis=1)))
+    return found - np.diag(found)[:, None]
+
+
+def _of_both(gain: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
+    """What zones gain in all, one by one in each other's place."""
+    return float(gain[one, other].sum() + gain[other, one].sum())
+
+
+def exchanged(grid: tuple[int, int], values: Values) -> np.ndarray:
+    """(P, P) share of each zone's weights (columns) in those it has (rows) after two are exchanged."""
+    rows, columns = grid
+    mixed = np.eye(rows * columns)
+    for name, count, widen in (
+        ("zones_exchanged", rows * columns, lambda m: m),
+        ("rows_exchanged", rows, lambda m: np.kron(m, np.eye(columns))),
+        ("columns_exchanged", columns, lambda m: np.kron(np.eye(rows), m)),
+    ):
+        if values[name]:
+            one, other = (_hat(values[which], count) for which in ("first", "second"))
+            # Of the identity, this leaves both where they were or takes either for the other.
+            mixed = (np.eye(mixed.shape[0]) - values[name] * widen(np.outer(one - other, one - other))) @ mixed
+    return mixed
+
+
+def _hat(place: float, count: int) -> np.ndarray:
+    """(count,) share of each line at a place that may be between two."""
+    return np.maximum(1 - np.abs(np.arange(count) - place), 0)
 
 
 def exchange(grid: tuple[int, int], rows: float, columns: float, transposed: float) -> np.ndarray:

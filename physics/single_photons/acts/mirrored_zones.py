@@ -10,7 +10,8 @@ from recordings.refusal import Refusal
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Each photon from the scene has its row, its column, and the two among themselves exchanged or not, by chance.
+    """Each photon from the scene has its zone or line exchanged for another or not, by chance; then its row mirrored,
+    its column, and the two exchanged with each other.
 
     The zone that counts it times it by its own clock. What never was in the field of view has no map to be on.
     """
@@ -19,7 +20,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
         raise Refusal(
             f"mirrored_zones: transposed is {values['transposed']:g} on {rows} x {columns} zones, expected 0 there"
         )
-    row, column = np.divmod(photons.zone, columns)
+    row, column = np.divmod(_in_pairs(photons.zone, world.zone_grid, values, rng), columns)
     row = np.where(rng.random(len(photons)) < values["rows"], rows - 1 - row, row)
     column = np.where(rng.random(len(photons)) < values["columns"], columns - 1 - column, column)
     turned = rng.random(len(photons)) < values["transposed"]
@@ -27,3 +28,18 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     zone = np.where(photons.pixel == NO_PIXEL, photons.zone, row * columns + column).astype(photons.zone.dtype)
     time = photons.time_s + world.time_zero_s[zone] - world.time_zero_s[photons.zone]
     return replace(photons, zone=zone, time_s=time)
+
+
+def _in_pairs(zone: np.ndarray, grid: tuple[int, int], values: Values, rng: np.random.Generator) -> np.ndarray:
+    """(N,) zones after two of them, two rows or two columns are exchanged, for each photon by chance."""
+    zone = zone.copy()
+    row, column = np.divmod(zone, grid[1])
+    pair = [round(values[name]) for name in ("first", "second")]
+    for name, line in (("zones_exchanged", zone), ("rows_exchanged", row), ("columns_exchanged", column)):
+        if values[name]:
+            chance = rng.random(len(zone)) < values[name]
+            other = np.where(line == pair[0], pair[1], np.where(line == pair[1], pair[0], line))
+            line[...] = np.where(chance, other, line)
+            if name == "zones_exchanged":
+                row, column = np.divmod(zone, grid[1])
+    return row * grid[1] + column

@@ -1,13 +1,16 @@
 """Exchanged zones against maps whose zones are exchanged."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
+from scipy.stats import poisson
 
-from physics.effects.mirrored_zones import effect, exchange
+from physics.effects.mirrored_zones import effect, exchange, exchanged, gain_in_place
 from physics.footprint import footprints
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
@@ -37,6 +40,48 @@ def test_whole_exchanges_are_other_maps(small, maps, rows, columns, transposed):
     np.testing.assert_allclose(found, wanted, rtol=1e-6)
 
 
+LINES = {
+    "zones_exchanged": lambda z: z.reshape(-1, 1),
+    "rows_exchanged": lambda z: z,
+    "columns_exchanged": lambda z: z.T,
+}
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_two_lines_are_exchanged_and_found_to_be(name):
+    """Against a permutation written down by indexing; the data say which two, whatever the brightness."""
+    zones = np.arange(12).reshape(3, 4)
+    lines, order = LINES[name](zones), zones.ravel().copy()
+    first, second = 0, len(lines) - 1
+    order[lines[first]], order[lines[second]] = lines[second], lines[first]
+    values = effect.at(**{name: 1.0, "first": first, "second": second}).values
+    mixed = exchanged((3, 4), values)
+    np.testing.assert_array_equal(mixed @ np.arange(12), order)
+    half = exchanged((3, 4), effect.at(**{name: 0.5, "first": first, "second": second}).values)
+    np.testing.assert_allclose(half, (mixed + np.eye(12)) / 2)
+    expected = 100 + 50 * np.random.default_rng(2).random((5, 12, 30))
+    seen = SimpleNamespace(footprints=SimpleNamespace(zone_grid=(3, 4)))
+    starts = effect.starts(3 * expected[:, order] - expected, expected, seen)
+    (found,) = [start for start in starts if name in start]
+    assert {found["first"], found["second"]} == {first, second}
+
+
+def test_what_a_zone_gains_in_the_place_of_another():
+    """Against the Poisson likelihood of scipy at the brightness that is best, found numerically."""
+    rng = np.random.default_rng(4)
+    expected = rng.uniform(5, 50, (3, 2, 8))
+    counts = rng.poisson(expected[:, ::-1]).astype(float)
+
+    def likelihood(zone, other):
+        loss = minimize_scalar(
+            lambda a: -poisson.logpmf(counts[:, zone], a * expected[:, other]).sum(), (0.5, 1), tol=1e-10
+        )
+        return -loss.fun
+
+    wanted = [[likelihood(z, o) - likelihood(z, z) for o in range(2)] for z in range(2)]
+    np.testing.assert_allclose(gain_in_place(counts, expected), wanted, atol=1e-6)
+
+
 @pytest.mark.parametrize("grid", [(3, 3), (4, 4), (3, 6), (1, 4)])
 @pytest.mark.parametrize("which", ["rows", "columns", "transposed"])
 def test_a_mirrored_mirror_is_none(grid, which):
@@ -62,7 +107,7 @@ def test_light_is_only_exchanged(rows, columns, transposed):
 def test_footprints_that_move_are_exchanged_in_every_frame(small):
     still = replace(small.footprints)
     moving = still.moved(np.zeros((3, 6, 10)), np.array([0.0, 20, 40])[:, None, None])
-    values = {"rows": 1.0, "columns": 0.0, "transposed": 0.0}
+    values = effect.at(rows=1.0).values
     found = effect.footprints(values, Rendering(small.light, moving, small.clock, 1.0)).weights
     np.testing.assert_allclose(found, moving.weights[:, [2, 3, 0, 1]], rtol=1e-12)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from physics.effects import find_effect
+from physics.effects import all_effects, find_effect
 from physics.single_photons.acts import find_act
 from physics.single_photons.acts.footprint_blur import sharpened, strayed
 from physics.single_photons.looking import table
@@ -123,7 +123,7 @@ def of_every_zone(world, each=2000):
 
 def mirrored(world, photons, **values):
     return find_act("mirrored_zones").photons(
-        photons, world, {"rows": 0, "columns": 0, "transposed": 0} | values, np.random.default_rng(3)
+        photons, world, all_effects()["mirrored_zones"].vanished().values | values, np.random.default_rng(3)
     )
 
 
@@ -136,6 +136,10 @@ def mirrored(world, photons, **values):
         ({"transposed": 1}, [0, 2, 1, 3]),
         # First the row is mirrored, then row and column are exchanged.
         ({"rows": 1, "transposed": 1}, [1, 3, 0, 2]),
+        ({"zones_exchanged": 1, "first": 1, "second": 3}, [0, 3, 2, 1]),
+        ({"rows_exchanged": 1, "first": 0, "second": 1}, [2, 3, 0, 1]),
+        # First the columns, then the mirrored rows.
+        ({"columns_exchanged": 1, "first": 1, "second": 0, "rows": 1}, [3, 2, 1, 0]),
     ],
 )
 def test_photons_change_zones_and_clocks(world, values, zones):

@@ -40,7 +40,12 @@ STRENGTHS = {
     "impulse_tail": [{"share": 0.5, "tau": 6e-10}, {"share": 0.2, "tau": 3e-9}],
     "impulse_width": [{"broader": 0.5}, {"broader": -0.4}, {"jitter": 2e-10}, {"broader": 0.3, "jitter": 1e-10}],
     "interference": [{"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8}],
-    "mirrored_zones": [{"rows": 0.6, "columns": 0.3, "transposed": 0.2}, {"rows": 0, "columns": 1, "transposed": 1}],
+    "mirrored_zones": [
+        {"rows": 0.6, "columns": 0.3, "transposed": 0.2},
+        {"rows": 0, "columns": 1, "transposed": 1},
+        {"zones_exchanged": 0.7, "first": 1, "second": 2},
+        {"rows_exchanged": 1, "columns_exchanged": 0.4, "transposed": 1},
+    ],
     "multipath": [
         {"between": 1, "sensor": 0, "outside": 0},
         {"between": 0, "sensor": 0.1, "outside": 0},
