@@ -5,7 +5,7 @@ BIN := .venv/bin
 # Two processes test at once: each with threads for all cores would wait on the other.
 TESTED := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 
-.PHONY: demo test test-slow lint bench clean
+.PHONY: demo test test-slow lint bench ranging clean
 
 demo: .venv/ready
 	$(BIN)/difflidar demo --out out/demo
@@ -22,6 +22,9 @@ lint: .venv/ready
 
 bench: .venv/ready
 	$(BIN)/python -m pytest bench -s -o python_files='bench_*.py' -p no:randomly -p no:xdist --benchmark-columns=min,median,max,rounds
+
+ranging: .venv/ready
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python bench/ranging.py
 
 .venv/ready: pyproject.toml constraints.txt tools/system_libraries.sh
 	@test -n "$(PYTHON)" || { echo "difflidar needs Python 3.11 or 3.12 with venv; none was found" >&2; exit 2; }

@@ -79,7 +79,7 @@ def simulation_of(
     stride = _stride(np.shape(recording.depth_m)[-2:])
     if stride > 1:
         notes.append(f"Geometry was read at every {stride}th pixel of each row and column.")
-    light = _light(recording, chosen, stride)
+    light = _light(recording, chosen, stride, sensor.laser_cycles)
     dead = ~counts.any(axis=(0, 2))
     if dead.any():
         which = ", ".join(str(p) for p in np.flatnonzero(dead))
@@ -105,8 +105,11 @@ def _footprints(recording: Recording, maps: ResponseMaps, stride: int) -> Footpr
     return replace(whole, x_px=whole.x_px[read], y_px=whole.y_px[read])
 
 
-def _light(recording: Recording, chosen: np.ndarray, stride: int) -> Light:
-    """What the scene sends back in the chosen frames, at the pixels that are read."""
+def _light(recording: Recording, chosen: np.ndarray, stride: int, shots: int | None) -> Light:
+    """What the scene sends back in the chosen frames, at the pixels that are read.
+
+    shots: laser shots in a frame of this sensor, where the recording does not say.
+    """
     frames = len(recording.counts)
     first = stride // 2
 
@@ -125,7 +128,7 @@ def _light(recording: Recording, chosen: np.ndarray, stride: int) -> Light:
     intrinsics = np.array(recording.intrinsics, float)
     intrinsics[:2] /= stride
     intrinsics[:2, 2] -= first / stride
-    cycles = recording.laser_cycles
+    cycles = shots if recording.laser_cycles is None else recording.laser_cycles
     if cycles is not None and np.ndim(cycles):
         cycles = np.asarray(cycles)[chosen]
     times = np.asarray(recording.timestamp_s, float)[chosen]
