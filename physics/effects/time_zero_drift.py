@@ -6,11 +6,14 @@ from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
+# So many times what it changes by is more than a drift can be at its start.
+OFFSET = 2.0
+
 
 class TimeZeroDrift(Effect):
-    """After t seconds all zones register light later by rate·t + curve·t² + warmup·(1 - exp(-t/τ)).
+    """After t seconds all zones register light later by at_start + rate·t + curve·t² + warmup·(1 - exp(-t/τ)).
 
-    Where that is negative they do so earlier. Light from beyond the window, which a negative delay would bring into its
+    What it is at the start is not 0 where time zero was measured on a sensor as warm as it is later on. Where that is negative they do so earlier. Light from beyond the window, which a negative delay would bring into its
     last bins, is not followed.
     """
 
@@ -22,7 +25,14 @@ class TimeZeroDrift(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: drift goes on, a lag has nothing to show."),
         LookAlike("gain_drift", "Hold the target still and sum over bins: a drifting delay leaves the sum as it is."),
     )
-    forms = (("rate",), ("warmup", "tau"), ("rate", "curve"))
+    forms = (
+        ("rate",),
+        ("warmup", "tau"),
+        ("rate", "curve"),
+        ("rate", "at_start"),
+        ("warmup", "tau", "at_start"),
+        ("rate", "curve", "at_start"),
+    )
     parameters = (
         Parameter(
             "rate",
@@ -60,15 +70,30 @@ class TimeZeroDrift(Effect):
             tries=(0.3, 1.0, 3.0, 30.0),
             sentence="Time constant of the warming up.",
         ),
+        Parameter(
+            "at_start",
+            unit="s",
+            low=-5e-9,
+            high=5e-9,
+            start=1e-11,
+            vanishes_at=0.0,
+            sentence="Delay in the first frame.",
+        ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """All light, delayed by what its frame's time makes."""
-        time_s = rendering.light.time_s[:, None]
-        warm = -np.expm1(-time_s / values["tau"])
-        return rendering.arrivals.delayed(
-            (values["rate"] + values["curve"] * time_s) * time_s + values["warmup"] * warm
-        )
+        return rendering.arrivals.delayed(values["at_start"] + _since(values, rendering.light.time_s)[:, None])
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A delay that is there at the start and hardly changes is an offset."""
+        changed = np.ptp(_since(values, rendering.light.time_s))
+        return bool(abs(values["at_start"]) > OFFSET * changed)
+
+
+def _since(values: Values, time_s: np.ndarray) -> np.ndarray:
+    """(F,) delay, seconds, that has come to be since the start."""
+    return (values["rate"] + values["curve"] * time_s) * time_s + values["warmup"] * -np.expm1(-time_s / values["tau"])
 
 
 effect = TimeZeroDrift()

@@ -86,7 +86,13 @@ STRENGTHS = {
     ],
     "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}],
     "time_lag": [{"lag": 0.03}, {"lag": -0.13}],
-    "time_zero_drift": [{"rate": 3e-9}, {"rate": -2e-9}, {"warmup": 4e-10, "tau": 0.1}, {"rate": 3e-9, "curve": -1e-8}],
+    "time_zero_drift": [
+        {"rate": 3e-9},
+        {"rate": -2e-9},
+        {"warmup": 4e-10, "tau": 0.1},
+        {"rate": 3e-9, "curve": -1e-8},
+        {"rate": 3e-9, "at_start": -4e-10},
+    ],
     "time_zero_offset": [{"delay": [3e-10, -2e-10, 0, 1e-10]}],
     "window_clipping": [
         {"early": 14.3, "late": 20.6},
