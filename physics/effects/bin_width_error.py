@@ -17,9 +17,10 @@ TOLERANCE = 5e-4
 class BinWidthError(Effect):
     """Bins are bin_width · (1 + error) wide: what truly takes t is registered after t / (bin_width · (1 + error)) bins.
 
-    Time zero was measured in bins, by the same clock: a target at range 0 stays in its bin, all others come nearer by
-    the factor 1 / (1 + error). The laser's pulse lasts as many seconds as before, hence fewer bins by the same factor.
-    Background is counts per bin as this clock recorded them: unchanged.
+    Where time zero was measured in bins, by the same clock, a target at range 0 stays in its bin, and all others come
+    nearer by the factor 1 / (1 + error); where it is known in seconds, that target comes nearer, too. The laser's pulse
+    lasts as many seconds as before, hence fewer bins by the same factor. Background is counts per bin as this clock
+    recorded them: unchanged.
     """
 
     id = "bin_width_error"
@@ -34,6 +35,7 @@ class BinWidthError(Effect):
         ),
         LookAlike("impulse_width", "Step the target in range: a wider pulse stays where it is."),
     )
+    forms = (("error",), ("error", "zero_in_seconds"))
     parameters = (
         # Makers state 3 % for such sensors before correction.
         Parameter(
@@ -45,6 +47,15 @@ class BinWidthError(Effect):
             vanishes_at=0.0,
             sentence="By what part bins are wider than assumed, narrower where negative.",
         ),
+        Parameter(
+            "zero_in_seconds",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.0,
+            tries=(1.0,),
+            sentence="Part of time zero that is known in seconds: 0 where it was measured in bins.",
+        ),
     )
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
@@ -55,7 +66,7 @@ class BinWidthError(Effect):
         return replace(
             clock,
             bin_width_s=clock.bin_width_s * scale,
-            time_zero_s=np.asarray(clock.time_zero_s) * scale,
+            time_zero_s=np.asarray(clock.time_zero_s) * (1 + values["error"] * (1 - values["zero_in_seconds"])),
             pulse=_in_steps_of(clock.pulse, scale, clock.bin_width_s),
         )
 

@@ -13,8 +13,9 @@ OFFSET = 2.0
 class TimeZeroDrift(Effect):
     """After t seconds all zones register light later by at_start + rate·t + curve·t² + warmup·(1 - exp(-t/τ)).
 
-    What it is at the start is not 0 where time zero was measured on a sensor as warm as it is later on. Where that is negative they do so earlier. Light from beyond the window, which a negative delay would bring into its
-    last bins, is not followed.
+    What it is at the start is not 0 where time zero was measured on a sensor as warm as it is later on. Where that is
+    negative they do so earlier. Light from beyond the window, which a negative delay would bring into its last bins,
+    is not followed.
     """
 
     id = "time_zero_drift"

@@ -40,6 +40,8 @@ def test_a_target_at_no_range_stays_and_others_come_nearer_in_proportion(small, 
         mean = counts @ centres / counts.sum()
         return mean, np.sqrt(counts @ (centres - mean) ** 2 / counts.sum() - 1 / 12)
 
+    late = place(2.0, error=error, zero_in_seconds=1)[0]
+    assert late == pytest.approx((zero + 4 / C) / width / (1 + error), abs=5e-3)
     # Counts are 1/r² and many: 0.1 mm is range 0 to within 1e-3 of a bin.
     near, wide = place(1e-4, error=error)
     assert near == pytest.approx(zero / width, abs=5e-3)
