@@ -1,31 +1,53 @@
 """`difflidar explain A.npz B.npz`: what makes two calibrations of one sensor disagree."""
 
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import click
 from rich.console import Console
 from rich.table import Table
 
+FILES = ("a.npz", "b.npz", "verdict.json")
+
 
 def explain_pair(a: Path, b: Path, out: Path | None, as_json: bool) -> None:
     """Print, or write into the folder `out`, the verdict on two calibrations; their common maps go beside it."""
     from mismatch.calibrations.explain import explain_calibrations
-    from recordings.atomic import written_aside
-    from recordings.maps_file import load_maps, save_maps
+    from recordings.atomic import expect_place_for
+    from recordings.maps_file import load_maps
 
+    for name in FILES if out is not None and out.is_dir() else ():
+        expect_place_for(out / name)
     found = explain_calibrations(load_maps(a), load_maps(b))
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, maps in (("a.npz", found.a), ("b.npz", found.b)):
-            save_maps(maps, out / name)
-        with written_aside(out / "verdict.json") as aside:
-            aside.write_text(found.text(), encoding="utf-8")
+        write(found, out)
     if as_json:
         click.echo(found.text(), nl=False)
         return
     show(found, a, b)
     if out is not None:
         click.echo(f"wrote {out / 'verdict.json'}, and both maps on common ground, {out / 'a.npz'}, {out / 'b.npz'}")
+
+
+def write(found, out: Path) -> None:
+    """Write all files into the folder, made if need be, or none."""
+    from recordings.atomic import written_aside
+    from recordings.maps_file import save_maps
+
+    made = [path for path in (out, *out.parents) if not path.exists()]
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        # They take their places when all are written.
+        with ExitStack() as stack:
+            one, other, verdict = (stack.enter_context(written_aside(out / name)) for name in FILES)
+            save_maps(found.a, one)
+            save_maps(found.b, other)
+            verdict.write_text(found.text(), encoding="utf-8")
+    except BaseException:
+        for path in made:
+            with suppress(OSError):
+                path.rmdir()
+        raise
 
 
 def show(found, a: Path, b: Path) -> None:

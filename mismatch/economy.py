@@ -8,8 +8,8 @@ from mismatch.fit import Fit, fit_nominal
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 
-# Deviance, over all frames, that wider steps may make; noise makes as much as there are cells.
-UNNOTICED = 1.0
+# Deviance, over all frames, that wider steps may make: 1 would be a whole standard error of some parameter.
+UNNOTICED = 0.05
 
 
 def economical(simulation: Simulation) -> Simulation:

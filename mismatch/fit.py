@@ -1,19 +1,25 @@
 """Maximum likelihood of a simulation's gain and effects: Poisson noise, and gain that fluctuates with the frames."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from mismatch.errors import covariance
 from mismatch.form import Form, bounds
 from mismatch.noise import FrameGains
 from mismatch.simulation import Simulation
+from mismatch.steps import bounded_step, limits
 from physics.effect import Setting
 from recordings.refusal import Refusal
 
 STEP = 1e-3
 # Deviance by which a step must still gain; far below what one parameter gains by chance.
 SETTLED = 0.05
-MOST_STEPS = 12
+# Levenberg's damping up to which a step is nearly the whole one.
+FREE = 0.1
+MOST_STEPS = 25
+PROFILE_STEPS = 2
 MOST_TRIES = 8
 
 
@@ -23,7 +29,7 @@ class Fit:
 
     gain: counts per unit of light. forms: what was fitted beside it. x: (N,) coordinates, log gain first.
     expected: (F, P, T). deviance: with the frames' own gains at their best, and what those cost. columns: (F·P·T, N)
-    derivatives of expected counts by x. covariance: (N, N) of x. frame_gain_sigma: relative, of frames' gains.
+    derivatives of expected counts by x. frame_gain_sigma: relative, of frames' gains. simulation: what was fitted.
     """
 
     gain: float
@@ -32,13 +38,28 @@ class Fit:
     expected: np.ndarray
     deviance: float
     columns: np.ndarray
-    covariance: np.ndarray
     frame_gain_sigma: float
+    simulation: Simulation
 
     @property
     def settings(self) -> tuple[Setting, ...]:
         """The effects at their best."""
         return settings_at(self.forms, self.x)
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(N, N) of x; made when it is asked for, as it takes renderings."""
+
+        def rise(x: np.ndarray, held: int | None) -> float:
+            if held is None:
+                reached = gains.deviance(expected_at(self.simulation, self.forms, x))
+            else:
+                *_, reached = _best(self.simulation, self.forms, x, self.frame_gain_sigma, PROFILE_STEPS, held)
+            return reached - self.deviance
+
+        gains = FrameGains(self.simulation, self.frame_gain_sigma)
+        _, information = gains.normal_equations(self.expected, self.columns)
+        return covariance(self.forms, self.x, information, rise)
 
 
 def settings_at(forms: tuple[Form, ...], x: np.ndarray) -> tuple[Setting, ...]:
@@ -105,8 +126,24 @@ def fit(
     simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float = 0.0, *, most_steps: int = MOST_STEPS
 ) -> Fit:
     """The best of a model, from x on: Fisher scoring with Levenberg's damping, within bounds."""
+    x, here, value = _best(simulation, forms, x, sigma, most_steps)
+    columns = derivatives(simulation, forms, x, here)
+    return Fit(float(np.exp(x[0])), forms, x, here, value, columns, sigma, simulation)
+
+
+def _best(
+    simulation: Simulation,
+    forms: tuple[Form, ...],
+    x: np.ndarray,
+    sigma: float,
+    most_steps: int,
+    held: int | None = None,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """The best coordinates from x on, expected counts there and their deviance. held: a coordinate that stays."""
     low, high = limits(forms)
     x = np.clip(np.asarray(x, float), low, high)
+    if held is not None:
+        low[held] = high[held] = x[held]
     here = expected_at(simulation, forms, x)
     gains = FrameGains(simulation, sigma)
     value = gains.deviance(here)
@@ -125,7 +162,7 @@ def fit(
                 continue
             reached = gains.deviance(then)
             if reached < value:
-                better = True
+                better, damped = True, damping
                 break
             damping = max(10 * damping, 1e-3)
             if np.abs(step).max() < 1e-7:
@@ -134,37 +171,10 @@ def fit(
             break
         won = value - reached
         x, here, value, damping = there, then, reached, damping / 10
-        if won < SETTLED:
+        # A short step gains little wherever it is: only one that was hardly damped says that no more is to be had.
+        if won < SETTLED and damped <= FREE:
             break
-    columns = derivatives(simulation, forms, x, here)
-    _, curvature = gains.normal_equations(here, columns)
-    return Fit(float(np.exp(x[0])), forms, x, here, value, columns, np.linalg.pinv(curvature), sigma)
-
-
-def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:
-    """A damped scoring step; coordinates at a bound that pulls them out stay there."""
-    held = ((x <= low) & (gradient < 0)) | ((x >= high) & (gradient > 0))
-    step = np.zeros_like(x)
-    scale = np.diag(curvature)
-    for _ in range(len(x)):
-        free = ~held
-        if not free.any():
-            return step
-        matrix = curvature[np.ix_(free, free)] + np.diag(damping * scale[free] + 1e-9 * max(scale.max(), 1e-30))
-        step[:] = 0
-        step[free] = np.linalg.solve(matrix, gradient[free])
-        beyond = free & (((x <= low) & (step < 0)) | ((x >= high) & (step > 0)))
-        if not beyond.any():
-            return step
-        held |= beyond
-    return step
-
-
-def limits(forms: tuple[Form, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """(N,) each: bounds of the coordinates, log gain first."""
-    pairs = [(-np.inf, np.inf)] + [bounds(parameter) for form in forms for parameter, _ in form.coordinates]
-    low, high = np.array(pairs).T
-    return low, high
+    return x, here, value
 
 
 def fit_nominal(simulation: Simulation, sigma: float = 0.0) -> Fit:

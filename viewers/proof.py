@@ -1,10 +1,12 @@
-"""A picture of a proof: what was concealed and what was answered, and how faint a cause may be."""
+"""Pictures of a proof: what was concealed and answered, how faint a cause may be, and a black box beside it."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
+from mismatch.prove.extrapolation import SideBySide
 from mismatch.prove.scores import Scores
 from recordings.atomic import written_aside
 
@@ -48,3 +50,28 @@ def _strengths(axes, faint: list[tuple[float, bool]]) -> None:
             spread = np.sqrt(share * (1 - share) / (len(inside) + 1))
             axes.errorbar(np.sqrt(low * high), share, spread, fmt="o", color="tab:blue")
     axes.set_xscale("log")
+
+
+def save_extrapolations(found: Sequence[SideBySide], path: str | Path) -> None:
+    """Misfit of named physics and of a black box, near frames held out and far ones, as a .png.
+
+    Deviance per cell less what noise alone gives, on a scale that is linear about 0.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 4), layout="constrained")
+    at = np.arange(len(found))
+    for i, (axes, frames) in enumerate(zip(figure.subplots(1, 2, sharey=True), ("near, held out", "far"), strict=True)):
+        for shift, kind in ((-0.25, "nominal"), (0, "physics"), (0.25, "black_box")):
+            beyond = [getattr(one, kind)[i] - one.noise[i] for one in found]
+            axes.bar(at + shift, beyond, 0.23, label=kind.replace("_", " "))
+        axes.set_xticks(at, [one.cause.replace("_", "\n") for one in found], fontsize=8)
+        axes.set_title(f"frames that are {frames}" if i else f"frames that are {frames}, at fitted ranges")
+        axes.set_yscale("symlog", linthresh=0.05)
+        axes.axhline(0, color="black", lw=0.8)
+        axes.grid(axis="y", alpha=0.3)
+        if not i:
+            axes.set_ylabel("deviance per cell beyond noise")
+            axes.legend(fontsize="small")
+    with written_aside(Path(path)) as aside:
+        figure.savefig(aside, format="png", dpi=120)

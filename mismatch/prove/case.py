@@ -74,7 +74,7 @@ def _concealed(rng, kind: str, model: ForwardModel, gain: float):
     names = rng.choice(sorted(set(all_effects()) & set(all_acts())), 1 if kind == "single" else 2, replace=False)
     settings = []
     for name in names:
-        setting = _setting(rng, all_effects()[str(name)], model, gain, nominal, target)
+        setting = draw_setting(rng, all_effects()[str(name)], model, gain, nominal, target)
         if setting is None:
             return None
         settings.append(setting)
@@ -84,10 +84,13 @@ def _concealed(rng, kind: str, model: ForwardModel, gain: float):
         return None
 
 
-def _setting(
-    rng, effect: Effect, model: ForwardModel, gain: float, nominal: np.ndarray, target: float
+def draw_setting(
+    rng: np.random.Generator, effect: Effect, model: ForwardModel, gain: float, nominal: np.ndarray, target: float
 ) -> Setting | None:
-    """An effect of drawn shape, as strong as moves the deviance by about `target`."""
+    """An effect of drawn shape, as strong as moves the deviance by about `target`; None where it moves less than any.
+
+    nominal: (F, P, T) expected counts of `model` at `gain` without effects.
+    """
     names = effect.forms[int(rng.integers(len(effect.forms)))] if effect.forms else [p.name for p in effect.parameters]
     values, strengths = {}, []
     for name in names:
@@ -117,8 +120,7 @@ def _setting(
         return effect.at(**(gone | now))
 
     try:
-        if effect.reaches(at(1.0).values) or True:
-            strength = _strength(lambda s: _moved(model.expected(gain, [at(s)]), nominal), target)
+        strength = _strength(lambda s: _moved(model.expected(gain, [at(s)]), nominal), target)
     except Refusal:
         return None
     return None if strength is None else at(strength)

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import binomtest
 
+from mismatch.prove.pulls import pulls
+from mismatch.verdict import Estimate
 from physics.effects import all_effects, find_effect
 
 NOTHING, UNKNOWN = "nothing", "unknown"
@@ -148,17 +150,6 @@ def _rate(hits) -> Rate:
 def _pulls(answered: Answered) -> list[float]:
     """(estimate - truth) / sigma of parameters that both sides name."""
     true = answered.truth["effects"][0].get("parameters", {})
-    found: dict[str, list[tuple[int | None, dict[str, Any]]]] = {}
-    for estimate in answered.verdict["effects"][0]["parameters"]:
-        name, _, place = estimate["name"].partition("[")
-        if name in true and estimate["sigma"] and isinstance(true[name], list) == bool(place):
-            found.setdefault(name, []).append((int(place.rstrip("]")) if place else None, estimate))
-    out = []
-    for name, estimates in found.items():
-        values = np.array([estimate["value"] for _, estimate in estimates])
-        truth = np.array([true[name] if place is None else true[name][place] for place, _ in estimates], float)
-        if len(values) > 1 and find_effect(answered.true_ids[0]).parameter(name).vanishes_at == 1:
-            # A factor that all have in common is the recording's gain: only ratios are there to be found.
-            truth = truth * (values.mean() / truth.mean())
-        out += list((values - truth) / [estimate["sigma"] for _, estimate in estimates])
-    return out
+    estimates = [Estimate(**found) for found in answered.verdict["effects"][0]["parameters"]]
+    each = pulls(find_effect(answered.true_ids[0]), true, estimates)
+    return [float(pull) for values in each.values() for pull in values]

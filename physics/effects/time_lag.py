@@ -33,6 +33,7 @@ class TimeLag(Effect):
             high=2.0,
             start=0.05,
             vanishes_at=0.0,
+            tries=(-0.05, 0.05),
             sentence="How much later than the camera the LiDAR looks.",
         ),
     )

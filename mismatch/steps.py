@@ -1,0 +1,31 @@
+"""Steps of a fit: damped scoring within the bounds of the coordinates."""
+
+import numpy as np
+
+from mismatch.form import Form, bounds
+
+
+def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:
+    """A damped scoring step; coordinates at a bound that pulls them out stay there."""
+    held = ((x <= low) & (gradient < 0)) | ((x >= high) & (gradient > 0))
+    step = np.zeros_like(x)
+    scale = np.diag(curvature)
+    for _ in range(len(x)):
+        free = ~held
+        if not free.any():
+            return step
+        matrix = curvature[np.ix_(free, free)] + np.diag(damping * scale[free] + 1e-9 * max(scale.max(), 1e-30))
+        step[:] = 0
+        step[free] = np.linalg.solve(matrix, gradient[free])
+        beyond = free & (((x <= low) & (step < 0)) | ((x >= high) & (step > 0)))
+        if not beyond.any():
+            return step
+        held |= beyond
+    return step
+
+
+def limits(forms: tuple[Form, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """(N,) each: bounds of the coordinates, log gain first."""
+    pairs = [(-np.inf, np.inf)] + [bounds(parameter) for form in forms for parameter, _ in form.coordinates]
+    low, high = np.array(pairs).T
+    return low, high
