@@ -21,6 +21,8 @@ FITTED = 6
 # A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
 # is no name: two formulas of one cause differ by as much.
 MINOR, MINOR_PART = 60.0, 0.08
+# One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
+MINOR_AS_EXPECTED = 30.0
 # Deviance by which an effect must beat others where its name is stretched.
 STRAINED = 12.0
 # Forms that promise less than this part of the most that any promises are left.
@@ -49,6 +51,14 @@ class Candidate:
     def form(self) -> Form:
         """Its form."""
         return self.score.form
+
+    def is_minor(self, won: float) -> bool:
+        """Whether it gains too little to be a cause of its own beside others, which gained `won`.
+
+        The gain of a true cause scatters about what is expected by twice its root, as likelihood ratios do.
+        """
+        as_expected = self.observed > self.expected_gain - 2 * np.sqrt(max(self.expected_gain, 0.0))
+        return self.observed < max(MINOR_AS_EXPECTED if as_expected else MINOR, MINOR_PART * won)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +123,7 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
         candidates = sorted((candidate(train, test, now, s) for s in chosen), key=lambda c: c.criterion)
         passed = [c for c in candidates if norm.sf(c.z) * len(chosen) < SIGNIFICANT and c.observed > 0]
         best = passed[0] if passed else None
-        if best is not None and now.forms and best.observed < max(MINOR, MINOR_PART * won):
+        if best is not None and now.forms and best.is_minor(won):
             rounds.append(Round(now, tuple(scores), tried, tuple(candidates), None, best))
             break
         rounds.append(Round(now, tuple(scores), tried, tuple(candidates), best))
