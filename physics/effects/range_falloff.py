@@ -11,11 +11,11 @@ from physics.rendering import Rendering
 
 
 class RangeFalloff(Effect):
-    """At range r the signal is the nominal model's over (1 + (overlap_range / r)²)·(r / 1 m)^exponent.
+    """At range r the signal is the nominal model's over (1 + (overlap_range / r)^steepness)·(r / 1 m)^exponent.
 
-    Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it. Where
-    emitter and receiver look past each other, or a lens is focused at some distance, the law is a power of another
-    exponent over the ranges that are met.
+    Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it: steepness 2. Fields
+    of emitter and receiver that lie beside each other meet more suddenly. Where these look past each other, or a lens
+    is focused at some distance, the law is a power of another exponent over the ranges that are met.
     """
 
     id = "range_falloff"
@@ -29,17 +29,26 @@ class RangeFalloff(Effect):
         LookAlike("pile_up", "Dim the target, not its range: pile-up lessens, falloff stays."),
         LookAlike("reflectance_map", "Step one target in range: only falloff changes with it."),
     )
-    forms = (("overlap_range",), ("exponent",))
+    forms = (("overlap_range",), ("overlap_range", "steepness"), ("exponent",))
     parameters = (
         Parameter(
             "overlap_range",
             unit="m",
             low=0.0,
-            high=1.0,
+            high=5.0,
             start=0.02,
             vanishes_at=0.0,
             axis="zone",
             sentence="Range at which half of the light is caught; centimetres for such optics.",
+        ),
+        Parameter(
+            "steepness",
+            unit="1",
+            low=1.0,
+            high=8.0,
+            start=2.0,
+            tries=(4.0,),
+            sentence="Power of range with which light is lost, far closer than that.",
         ),
         Parameter(
             "exponent",
@@ -62,7 +71,7 @@ class RangeFalloff(Effect):
         ranges = speed_of_light / 2 * np.maximum(knots_s - zero, lattice.step_s)
         overlap = np.atleast_1d(values["overlap_range"])[:, None] / ranges
         faster = np.atleast_1d(values["exponent"])[:, None]
-        return replace(arrivals, light=arrivals.light / (1 + overlap**2) * ranges**-faster)
+        return replace(arrivals, light=arrivals.light / (1 + overlap ** values["steepness"]) * ranges**-faster)
 
 
 effect = RangeFalloff()

@@ -9,7 +9,8 @@ from physics.rendering import Rendering
 
 class RangeWalk(Effect):
     """A zone that receives S counts of signal in a frame registers them earlier by walk · S / (S + level), or by
-    logarithmic · ln(1 + S / level).
+    logarithmic · ln(1 + S / level), less what this is at `reference` counts: those of the targets that time zero was
+    measured with.
 
     A bright pulse crosses the comparator's threshold sooner on its rising flank, by no more than that flank is long;
     where the flank is exponential the threshold is crossed sooner by the logarithm of how bright it is, without end.
@@ -30,7 +31,12 @@ class RangeWalk(Effect):
             "bin_width_error", "Step the range with white and black targets: the clock's error is the same for both."
         ),
     )
-    forms = (("walk", "level"), ("logarithmic", "level"))
+    forms = (
+        ("walk", "level"),
+        ("logarithmic", "level"),
+        ("walk", "level", "reference"),
+        ("logarithmic", "level", "reference"),
+    )
     parameters = (
         # As large as the delays between zones of such sensors: about 50 ps.
         Parameter(
@@ -62,14 +68,25 @@ class RangeWalk(Effect):
             tries=(1e3, 1e4, 1e5),
             sentence="Counts of signal in a zone and frame at which half of the walk, or a logarithm of 2, is reached.",
         ),
+        Parameter(
+            "reference",
+            unit="counts",
+            low=1e-9,
+            high=1e9,
+            start=1e-9,
+            tries=(1e4,),
+            sentence="Counts of signal in a zone and frame that are registered when they should be.",
+        ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light of each zone and frame, earlier by its own sum."""
         signal = rendering.gain * rendering.arrivals.light.sum(axis=-1)
-        bounded = np.atleast_1d(values["walk"]) * signal / (signal + values["level"])
-        endless = np.atleast_1d(values["logarithmic"]) * np.log1p(signal / values["level"])
-        return rendering.arrivals.delayed(-bounded - endless)
+        level, reference = values["level"], values["reference"]
+        bounded = signal / (signal + level) - reference / (reference + level)
+        endless = np.log1p(signal / level) - np.log1p(reference / level)
+        early_s = np.atleast_1d(values["walk"]) * bounded + np.atleast_1d(values["logarithmic"]) * endless
+        return rendering.arrivals.delayed(-early_s)
 
 
 effect = RangeWalk()

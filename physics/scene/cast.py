@@ -7,6 +7,7 @@ import numpy as np
 
 from physics.geometry import pixel_rays
 from physics.scene.material import Material
+from physics.scene.shading import coded, shaded
 from physics.scene.surfaces import Surface
 from physics.scene.trajectory import Trajectory
 from physics.scene.view import View, Views
@@ -34,11 +35,15 @@ def cast(
 
 
 def look(things: Sequence[Thing], rays: np.ndarray, pose: np.ndarray, time_s: float) -> View:
-    """One view along rays (H, W, 3), of length 1 along z, from `pose` (4, 4), world from camera."""
+    """One view along rays (H, W, 3), of length 1 along z, from `pose` (4, 4), world from camera.
+
+    In colour where any of the materials has one.
+    """
     directions = rays.reshape(-1, 3) @ pose[:3, :3].T
     lengths = np.linalg.norm(directions, axis=-1)
     depth = np.full(len(directions), np.inf)
     reflectance, gloss, cosine = np.full((3, len(directions)), np.nan)
+    colour, facing = np.full((2, len(directions), 3), np.nan)
     for thing in things:
         found, normals = thing.surface.hit(pose[:3, 3], directions)
         nearer = found < depth
@@ -47,7 +52,12 @@ def look(things: Sequence[Thing], rays: np.ndarray, pose: np.ndarray, time_s: fl
         cosine[nearer] = np.minimum(incidence, 1)
         gloss[nearer] = thing.material.gloss(cosine[nearer])
         reflectance[nearer] = thing.material.reflectance
+        colour[nearer] = coded(reflectance[nearer, None]) if thing.material.colour is None else thing.material.colour
+        facing[nearer] = normals[nearer]
     depth[np.isinf(depth)] = np.nan
     images = [image.reshape(rays.shape[:2]).astype(np.float32) for image in (depth, reflectance, cosine, gloss)]
     glossy = images[3] if any(thing.material.specular for thing in things) else None
-    return View(time_s, images[0], images[1], images[2], glossy, camera_pose=pose)
+    rgb = None
+    if any(thing.material.colour is not None for thing in things):
+        rgb = shaded(colour, facing, directions).reshape(rays.shape)
+    return View(time_s, images[0], images[1], images[2], glossy, rgb, pose)

@@ -11,12 +11,14 @@ from recordings.refusal import Refusal
 class Material:
     """reflectance: part of the light that returns, 0 to 1. specular: part of that in a lobe about the mirror direction.
 
-    shininess: exponent of the lobe; 10 is satin, 1000 is polished.
+    shininess: exponent of the lobe; 10 is satin, 1000 is polished. colour: to the eye, (3,) sRGB 0 to 1; None where
+    nobody said: then no camera sees it, or it is grey beside others that have one.
     """
 
     reflectance: float = 1.0
     specular: float = 0.0
     shininess: float = 50.0
+    colour: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         for name in ("reflectance", "specular"):
@@ -24,6 +26,8 @@ class Material:
                 raise Refusal(f"{name} is {getattr(self, name)}, expected 0 to 1")
         if not (np.isfinite(self.shininess) and self.shininess >= 0):
             raise Refusal(f"shininess is {self.shininess}, expected a finite number of 0 or more")
+        if self.colour is not None and not (len(self.colour) == 3 and all(0 <= part <= 1 for part in self.colour)):
+            raise Refusal(f"colour is {list(self.colour)}, expected red, green and blue from 0 to 1")
 
     def gloss(self, cosine: np.ndarray) -> np.ndarray:
         """How many times as bright as a matt surface, seen from where the light comes, at incidence of this cosine.

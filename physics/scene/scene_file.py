@@ -23,7 +23,7 @@ FORMAT = "difflidar-scene/1"
 MOST_PIXELS, MOST_FRAMES = 1 << 14, 1 << 20
 SCENE = {"format": True, "camera": False, "materials": False, "surfaces": True, "trajectory": True}
 CAMERA = {"width": True, "height": True, "horizontal_deg": True}
-MATERIAL = {"reflectance": True, "specular": False, "shininess": False}
+MATERIAL = {"reflectance": True, "specular": False, "shininess": False, "colour": False}
 TRAJECTORY = {"frames": True, "poses": True}
 POSE = {"time_s": True, "position_m": True, "look_at_m": False, "quaternion_xyzw": False}
 KINDS = {
@@ -63,7 +63,9 @@ def _material(said: Any, name: str) -> Material:
     place = f"materials.{name}"
     known = an_object(said, MATERIAL, place)
     try:
-        return Material(**{key: a_number(value, f"{place}.{key}") for key, value in known.items()})
+        given = {key: a_number(value, f"{place}.{key}") for key, value in known.items() if key != "colour"}
+        colour = tuple(numbers(known["colour"], f"{place}.colour", 3)) if "colour" in known else None
+        return Material(**given, colour=colour)
     except Refusal as wrong:
         raise Refusal(str(wrong) if str(wrong).startswith(place) else f"{place}.{wrong}") from None
 

@@ -18,7 +18,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     """Out of focus a spot is as large as detector and blur together: those that fall on the detector are kept."""
     ranges = way_m(photons, world) / 2
     blur = by_zone(world, values["overlap_range"])[photons.zone]
-    caught = rng.random(len(photons)) * (ranges**2 + blur**2) < ranges**2
+    near, far = blur ** values["steepness"], ranges ** values["steepness"]
+    caught = rng.random(len(photons)) * (far + near) < far
     faster = by_zone(world, values["exponent"])[photons.zone]
     caught &= rng.random(len(photons)) * _most(world, values) < np.maximum(ranges, 1e-9) ** -faster
     return photons.only(caught | (photons.pixel == NO_PIXEL))

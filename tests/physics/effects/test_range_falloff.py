@@ -10,14 +10,15 @@ from physics.light import Return
 from physics.nominal import ForwardModel
 
 
-@pytest.mark.parametrize("overlap", [0.0, 0.1, 0.3, 1.0])
-def test_it_is_a_scene_of_that_strength(small, overlap):
-    """(1/r²) / (1 + (r0/r)²) = 1 / (r² + r0²)."""
+@pytest.mark.parametrize(("overlap", "steepness"), [(0.0, 2), (0.1, 2), (0.3, 2), (1.0, 2), (0.5, 4), (0.8, 3)])
+def test_it_is_a_scene_of_that_strength(small, overlap, steepness):
+    """(1/r²) / (1 + (r0/r)^n) = r^(n − 2) / (r^n + r0^n)."""
     direct = small.light.returns[0]
     r = direct.range_m.astype(float)
-    closed = direct.strength * r**2 / (r**2 + overlap**2)
+    closed = direct.strength * r**steepness / (r**steepness + overlap**steepness)
     light = replace(small.light, returns=(Return(direct.range_m, closed.astype(np.float32)),))
-    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [effect.at(overlap_range=overlap)])
+    setting = effect.at(overlap_range=overlap, steepness=steepness)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
     expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
     np.testing.assert_allclose(found, expected, atol=2e-4 * expected.max())
 

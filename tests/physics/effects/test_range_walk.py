@@ -27,7 +27,8 @@ def lead(signal, gain=1.0, **values):
 @given(signal=st.floats(1e-3, 1e9), walk=st.floats(0, 2e-9), level=st.floats(1, 1e9))
 def test_one_pulse_walks_by_the_formula_and_keeps_its_light(signal, walk, level):
     found, left = lead(signal, walk=walk, level=level)
-    assert found == pytest.approx(walk / (1 + level / signal), abs=1e-18)
+    # By default the reference is as good as no light.
+    assert found == pytest.approx(walk / (1 + level / signal), rel=1e-6, abs=1e-17)
     assert left == pytest.approx(1)
 
 
@@ -39,6 +40,15 @@ def test_by_the_other_law_it_walks_as_far_with_every_factor(signal, step, level)
     found, left = lead(signal, logarithmic=step, level=level)
     assert found == pytest.approx(summed, rel=1e-4, abs=1e-18)
     assert left == pytest.approx(1)
+
+
+@given(signal=st.floats(1e-3, 1e9), reference=st.floats(1e-3, 1e9))
+def test_what_is_as_bright_as_the_reference_stays_and_fainter_light_is_late(signal, reference):
+    for law in ("walk", "logarithmic"):
+        found, _ = lead(signal, **{law: 1e-10}, level=1e3, reference=reference)
+        of_each = [lead(s, **{law: 1e-10}, level=1e3)[0] for s in (signal, reference)]
+        assert found == pytest.approx(of_each[0] - of_each[1], abs=1e-18)
+        assert lead(reference, **{law: 1e-10}, level=1e3, reference=reference)[0] == pytest.approx(0, abs=1e-18)
 
 
 def test_half_at_its_level_whatever_gain_and_light_make_it():

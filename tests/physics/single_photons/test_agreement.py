@@ -65,11 +65,17 @@ STRENGTHS = {
         {"counts": 2e4, "apparent_range": 0.4, "jitter": 0},
         {"counts": 3e4, "apparent_range": 0.4, "speed": 4},
     ],
-    "range_falloff": [{"overlap_range": 0.4}, {"overlap_range": [0.1, 0.9, 0, 0.5]}, {"exponent": [1.2, -0.7, 0.3, 0]}],
+    "range_falloff": [
+        {"overlap_range": 0.4},
+        {"overlap_range": [0.1, 0.9, 0, 0.5]},
+        {"overlap_range": 0.7, "steepness": 5},
+        {"exponent": [1.2, -0.7, 0.3, 0]},
+    ],
     "range_walk": [
         {"walk": 6e-10, "level": 5e4},
         {"walk": [0, 3e-10, 1e-9, 1e-10], "level": 2e5},
         {"logarithmic": [3e-10, 0, 5e-10, 1e-10], "level": 3e4},
+        {"logarithmic": 3e-10, "level": 3e4, "reference": 2e5},
     ],
     "reflectance_map": [
         {"contrast": 1.5, "step": -0.8, "spot": 1, "level": 0.5},
