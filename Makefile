@@ -5,7 +5,7 @@ BIN := .venv/bin
 # Two processes test at once: each with threads for all cores would wait on the other.
 TESTED := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 
-.PHONY: demo test test-slow lint bench ranging clean
+.PHONY: demo test test-slow lint bench ranging quality session clean
 
 demo: .venv/ready
 	$(BIN)/difflidar demo --out out/demo
@@ -25,6 +25,12 @@ bench: .venv/ready
 
 ranging: .venv/ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python bench/ranging.py
+
+quality: .venv/ready
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m fusion.quality $(or $(DIFFLIDAR_DATA),../shared/data) docs/quality.md
+
+session: .venv/ready
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python tools/room_session.py recordings/samples/room.rrd
 
 .venv/ready: pyproject.toml constraints.txt tools/system_libraries.sh
 	@test -n "$(PYTHON)" || { echo "difflidar needs Python 3.11 or 3.12 with venv; none was found" >&2; exit 2; }
