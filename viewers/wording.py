@@ -36,7 +36,7 @@ def quantity(value: float, sigma: float | None, unit: str) -> str:
         prefix = PREFIXES[power]
     shown = f" {prefix}{unit}" if unit != "1" else ""
     value = value / 10**power
-    if not sigma or not math.isfinite(sigma):
+    if not sigma or not math.isfinite(sigma) or not math.isfinite(value):
         return number(value) + shown
     sigma = sigma / 10**power
     if sigma == 0:  # Too small for the prefix.

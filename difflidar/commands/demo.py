@@ -1,4 +1,4 @@
-"""`difflidar demo`: a simulated patch scan, calibrated; and a cause concealed in a recording, found."""
+"""`difflidar demo`: a simulated patch scan, calibrated; a room, fused; a cause concealed in a recording, found."""
 
 import sys
 from pathlib import Path
@@ -16,7 +16,7 @@ LEAST = 160  # positions, of which a sixteenth still makes a map
 @click.option("--grid", default="80x45", show_default=True, metavar="COLUMNSxROWS", help="Positions of the scan.")
 @click.option("--seed", default=0, show_default=True, help="Of everything random.")
 def command(out, grid, seed):
-    """Simulate a scan of a TMF8828, calibrate it from its files, check it, show it; conceal a cause and find it."""
+    """Simulate a scan of a TMF8828, calibrate it, check it, show it; fuse a room; conceal a cause and find it."""
     import numpy as np
 
     from calibrate.calibration import calibrate
@@ -28,6 +28,7 @@ def command(out, grid, seed):
     from calibrate.summary import summarise
     from difflidar.commands.calibrate import draw, show
     from difflidar.demo_concealed import conceal, find
+    from difflidar.demo_fused import fuse_room
     from recordings.files import load, save
     from recordings.maps_file import save_maps
     from recordings.refusal import Refusal
@@ -68,6 +69,13 @@ def command(out, grid, seed):
     save_sparse_curve(out / "sparse.png", shorter)
     images = map_images(result.kernel, result.maps)
     save_scan_session(out / "session.rrd", scan, result, images, summarise(result, 0.1).sentences, bar)
+    rms, held = fuse_room(out / "maps.npz", out, np.random.default_rng([seed, 2]), bar)
+    say(
+        f"\nA room, recorded with that sensor and fused through these maps: depth is off by {rms:.2f} m rms, and "
+        f"{100 * held:.0f} % of pixels are within the interval that should hold 90 %.",
+        highlight=False,
+        soft_wrap=True,
+    )
     cause = conceal(out / "maps.npz", out / "concealed.rrd", np.random.default_rng([seed, 1]))
     named = find(out / "maps.npz", out / "concealed.rrd", out / "explained")
     say(
@@ -76,9 +84,10 @@ def command(out, grid, seed):
         highlight=False,
         soft_wrap=True,
     )
+    viewer = Path(sys.executable).with_name("rerun")
     say(
-        f"\nIn {out}: overlay.png, sparse.png, maps.npz, scan.rrd, background.rrd, and session.rrd to look through:\n"
-        f"  {Path(sys.executable).with_name('rerun')} {out / 'session.rrd'}",
+        f"\nIn {out}: overlay.png, sparse.png, maps.npz, scan.rrd, background.rrd, seen.rrd, fused, and two sessions "
+        f"to look through:\n  {viewer} {out / 'session.rrd'}\n  {viewer} {out / 'fused.rrd'}",
         highlight=False,
         soft_wrap=True,
     )

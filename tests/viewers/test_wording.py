@@ -17,6 +17,7 @@ from viewers.wording import chance, found_in_words, grouped, number, quantity
         (0.0, 0.0, "s", "0 s"),
         (5.0, float("nan"), "px", "5 px"),
         (float("inf"), None, "s", "– s"),
+        (float("nan"), 1.0, "1", "–"),
     ],
 )
 def test_quantities(value, sigma, unit, text):

@@ -1,0 +1,22 @@
+"""Area-to-point kriging: the smoothest image whose means over footprints are those that were measured."""
+
+import numpy as np
+
+from fusion.edges import Field
+
+
+def krige(field: Field, footprints: np.ndarray, means: np.ndarray, noise: float) -> np.ndarray:
+    """(H, W) best linear unbiased image, from its means (Q,) over footprints (Q, H, W) that sum to 1 each.
+
+    Ordinary area-to-point kriging with the field's covariance A⁻¹ and an unknown constant (Kyriakidis 2004, A
+    geostatistical framework for area-to-point spatial interpolation, Geographical Analysis 36). noise: standard
+    deviation of what the means are off, as part of the standard deviation that the field gives them.
+    """
+    spread = field.solve(footprints)
+    flat = footprints.reshape(len(footprints), -1)
+    between = flat @ spread.reshape(len(spread), -1).T
+    between = (between + between.T) / 2
+    between[np.diag_indices_from(between)] += noise**2 * np.trace(between) / len(between)
+    both = np.linalg.solve(between, np.stack([means, np.ones_like(means)], axis=1))
+    constant = both[:, 0].sum() / both[:, 1].sum()
+    return constant + np.tensordot(both[:, 0] - constant * both[:, 1], spread, axes=1)
