@@ -52,17 +52,18 @@ def fuse_frame(
 
 
 def fuse(
-    passing: Stream, sight: Sight, response: RangeResponse, method: str = METHODS[-1]
+    passing: Stream, sight: Sight, response: RangeResponse, method: str = METHODS[-1], *, carry: bool = False
 ) -> Iterator[tuple[FusedFrame, ZoneDepths]]:
     """The frames of a recording, fused one after another as they pass, and what the zones saw in each.
 
-    passing: with frames that were checked, as `fusion.rig.open_rig` gives them.
+    passing: with frames that were checked, as `fusion.rig.open_rig` gives them. carry: whether unmixing carries depth
+    over from one frame with a pose to the next.
     """
     expect_method(method)
     previous = None
     for frame in passing.frames:
         seen = zone_depths(frame["counts"], response)
-        previous = fuse_frame(
+        fused = fuse_frame(
             frame["counts"],
             given(frame, passing.static, "rgb"),
             sight,
@@ -73,7 +74,8 @@ def fuse(
             depths=seen,
             previous=previous,
         )
-        yield previous, seen
+        previous = fused if carry else None
+        yield fused, seen
 
 
 def _unmixed(sight: Sight, seen: ZoneDepths, image: np.ndarray | None, before: np.ndarray | None) -> Images:
