@@ -11,11 +11,11 @@ from scipy.constants import speed_of_light
 
 from fusion.depths import zone_depths
 from fusion.fuse import expect_method, fuse_frame
+from fusion.mount import mounted
 from fusion.range_response import RangeResponse, range_response
 from fusion.rig import given, rig_of
 from fusion.sight import Sight
 from fusion.zone_view import ZoneDepths
-from physics.effects import find_effect
 from physics.nominal import ForwardModel
 from physics.scene.view import View
 from physics.sensor import SensorModel
@@ -101,10 +101,8 @@ def _instruments(
     maps = load_maps(maps_path)
     sensor = choose_sensor(sensor_name, path, maps)
     where, response = rig_of(static, first, maps, sensor)
-    x, y = (float(part) for part in where.baseline_m[:2])
-    others = tuple(setting for setting in sensor.effects if setting.effect.id != "parallax")
-    aside = (find_effect("parallax").at(x=x, y=y),) if x or y else ()
-    return Instruments(sensor, response, where, method, (*others, *aside))
+    effects = mounted(sensor, maps, static.get("lidar_from_camera")).effects
+    return Instruments(sensor, response, where, method, effects)
 
 
 def _said(path: Path, count: int | None, tools: Instruments) -> str:

@@ -10,6 +10,7 @@ from fusion.map_departure import Departure, departure, foreign, implausible
 from fusion.map_null import SHIFT_SIGMAS, TOLD_PX, Null, null_of
 from fusion.map_scores import misfit, precision
 from fusion.map_trials import Trials
+from fusion.mount import mounted
 from fusion.predictions import Bench, bench
 from fusion.range_response import range_response
 from fusion.zone_view import ZoneDepths
@@ -80,11 +81,12 @@ def check(recording: Recording, maps: ResponseMaps, sensor: SensorModel, rng: np
 
     The histograms are compared with those the forward model expects through the maps, and through maps that are
     displaced, mirrored or exchanged. Brightness and pedestal of every histogram, and one correction of the pulse, are
-    free. What differences of log-likelihood mean is read off made-up recordings of the same scene by right maps, with
-    photon noise and reflectances as wrong as the misfit allows. rng draws these. Raises `Refusal` where the recording
-    has no depth, or zones and bins of recording, maps and sensor differ.
+    free; parallax is that of the mount, where recording or maps say it. What differences of log-likelihood mean is read
+    off made-up recordings of the same scene by right maps, with photon noise and reflectances as wrong as the misfit
+    allows. rng draws these. Raises `Refusal` where the recording has no depth, or zones and bins of recording, maps and
+    sensor differ.
     """
-    scene = bench(recording, maps, sensor)
+    scene = bench(recording, maps, mounted(sensor, maps, recording.lidar_from_camera))
     trials = Trials(scene)
     null, found, now = null_of(trials, rng), [], maps
     step, reason = departure(trials, null), None

@@ -60,7 +60,8 @@ class Bench:
 
     def through(self, maps: ResponseMaps) -> "Bench":
         """The same frames, to be seen through other maps."""
-        return replace(self, where=_where(maps, self.grid, self.at))
+        known = self.where.calibration_range_m
+        return replace(self, where=_where(maps, self.grid, self.at, known if np.isfinite(known) else None))
 
     def relit(self, factor: np.ndarray) -> Light:
         """The light where every pixel sends `factor` (F, H, W) times as much."""
@@ -91,8 +92,8 @@ def bench(recording: Recording, maps: ResponseMaps, sensor: SensorModel) -> Benc
     at = (slice(step // 2, None, step),) * 2
     ways = tuple(Return(_every(way.range_m, at), _every(way.strength, at)) for way in light.returns)
     seen = {name: _every(getattr(light, name), at) for name in ("range_m", "reflectance", "cosine")}
-    light = replace(light, returns=ways, **seen)
-    where = _where(maps, depth.shape[1:], at)
+    light = replace(light, returns=ways, intrinsics=_every_pixel(light.intrinsics, step), **seen)
+    where = _where(maps, depth.shape[1:], at, recording.meta.get("calibration_range_m"))
     counts = np.stack([recording.counts[i] for i in frames]).astype(float)
     reached = _reached(light, sensor, counts.shape)
     made = Bench(counts, reached, light, where, sensor, frames, depth.shape[1:], at)
@@ -103,10 +104,20 @@ def bench(recording: Recording, maps: ResponseMaps, sensor: SensorModel) -> Benc
     return replace(made, gain=max(float((counts * reached).sum() - level), 1.0) / float(expected))
 
 
-def _where(maps: ResponseMaps, grid: tuple[int, int], at: tuple[slice, slice]) -> Footprints:
-    """Footprints on some pixels of a grid."""
-    whole = footprints(maps, grid)
+def _where(
+    maps: ResponseMaps, grid: tuple[int, int], at: tuple[slice, slice], calibration_range_m: float | None
+) -> Footprints:
+    """Footprints on some pixels of a grid. calibration_range_m: where the maps do not say."""
+    whole = footprints(maps, grid, calibration_range_m)
     return replace(whole, x_px=whole.x_px[at].copy(), y_px=whole.y_px[at].copy())
+
+
+def _every_pixel(intrinsics: np.ndarray, step: int) -> np.ndarray:
+    """(3, 3) pinhole matrix of every `step`th pixel, the first in the middle of as many."""
+    taken = np.array(intrinsics, float)
+    taken[:2] /= step
+    taken[:2, 2] -= step // 2 / step
+    return taken
 
 
 def _every(images: np.ndarray, at: tuple[slice, slice]) -> np.ndarray:

@@ -6,6 +6,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
+from fusion.mount import baseline
 from physics.effect import Setting, in_order
 from physics.footprint import Footprints, footprints
 from physics.geometry import pixel_rays
@@ -148,19 +149,12 @@ def sight(
     where = footprints(maps, shape, calibration_range_m)
     if where.weights.shape[0] > MOST_ZONES:
         raise Refusal(f"response maps: {where.weights.shape[0]} zones, expected {MOST_ZONES} at most")
-    mount = maps.meta.get("lidar_from_camera") if lidar_from_camera is None else lidar_from_camera
-    baseline = np.zeros(3) if mount is None else _place(np.asarray(mount, float))
+    aside = baseline(maps, lidar_from_camera)
     for setting in in_order(tuple(effects)):
         if setting.effect.id == "parallax":  # It goes by depth, which is to be found.
-            baseline = baseline + np.array([setting.values["x"], setting.values["y"], 0.0])
+            aside = aside + np.array([setting.values["x"], setting.values["y"], 0.0])
         elif setting.effect.changes == ("footprints",):
             where = setting.effect.apply("footprints", setting.values, Rendering(None, where, None, 1.0))
     weights = np.ascontiguousarray(where.weights, np.float32)
-    return Sight(weights, np.asarray(intrinsics, float), maps.zone_grid, baseline, where.calibration_range_m, where)
+    return Sight(weights, np.asarray(intrinsics, float), maps.zone_grid, aside, where.calibration_range_m, where)
 
-
-def _place(lidar_from_camera: np.ndarray) -> np.ndarray:
-    """(3,) origin of the LiDAR in the camera's frame."""
-    if lidar_from_camera.shape != (4, 4) or not np.isfinite(lidar_from_camera).all():
-        raise Refusal(f"lidar_from_camera has shape {lidar_from_camera.shape}, expected a rigid (4, 4) transform")
-    return -lidar_from_camera[:3, :3].T @ lidar_from_camera[:3, 3]

@@ -1,5 +1,6 @@
 """Maps that are right, and maps that are wrong in known ways, against recordings whose light nobody guessed right."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,15 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from fusion.check import check
-from physics.effects import cover_glass_crosstalk, gain_drift, impulse_tail, pile_up, time_zero_offset, zone_gain
+from physics.effects import (
+    cover_glass_crosstalk,
+    gain_drift,
+    impulse_tail,
+    parallax,
+    pile_up,
+    time_zero_offset,
+    zone_gain,
+)
 from physics.presets import preset
 from physics.scene.camera import pinhole
 from physics.scene.view import View, Views
@@ -185,3 +194,16 @@ def test_maps_of_other_zones_are_refused(scene, maps):
     other = replace(maps, responses=maps.responses[:2])
     with pytest.raises(Refusal, match="2 x 3 zones, expected 9 as recorded"):
         verdict(scene, other)
+
+
+def test_a_lidar_beside_the_camera_is_not_taken_for_a_shift(maps):
+    """On a grid so fine that the comparison takes every other pixel."""
+    mount = np.eye(4)
+    mount[:2, 3] = -0.06, 0.02
+    there = replace(maps, meta_json=json.dumps({"lidar_from_camera": mount.tolist(), "calibration_range_m": 0.6}))
+    depth = rooms(np.random.default_rng(5), 3).repeat(4, axis=1).repeat(4, axis=2)
+    views = [View(i / 10, image) for i, image in enumerate(depth)]
+    sensor = replace(SENSOR, effects=(parallax.effect.at(x=0.06, y=-0.02),))
+    grid = pinhole((depth.shape[2], depth.shape[1]), 69.4)
+    stream, _ = simulate(Views(grid, iter(views), len(views), None, {}), there, sensor, np.random.default_rng(5))
+    assert verdict(stream.collect(), there).kind == "fine"
