@@ -21,6 +21,7 @@ class CoverGlassCrosstalk(Effect):
         LookAlike("stray_light", "Point the sensor at the open sky: crosstalk stays, stray light goes."),
         LookAlike("second_surface", "Step the target in range: crosstalk stays where it is, a second surface moves."),
     )
+    forms = (("share", "delay"), ("counts", "delay"))
     parameters = (
         Parameter(
             "share",
@@ -33,26 +34,37 @@ class CoverGlassCrosstalk(Effect):
             sentence="Counts per laser shot; 0.0002 to 0.003 is common.",
         ),
         Parameter(
+            "counts",
+            unit="counts",
+            low=0.0,
+            high=1e7,
+            start=10.0,
+            vanishes_at=0.0,
+            axis="zone",
+            sentence="Counts per frame, where nobody knows how many laser shots there are in one.",
+        ),
+        # Millimetres of way inside the package; time zero itself is known to a part of a bin.
+        Parameter(
             "delay",
             unit="s",
-            low=0.0,
+            low=-2e-10,
             high=1e-9,
             start=2e-10,
-            sentence="Arrival after that of a target at range 0; millimetres of way inside the package.",
+            sentence="Arrival after that of a target at range 0.",
         ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """As much light more as gives these counts, at one time."""
-        cycles = rendering.light.laser_cycles
-        if cycles is None:
+        cycles, share = rendering.light.laser_cycles, np.atleast_1d(values["share"])
+        if cycles is None and share.any():
             raise Refusal(
                 "effect cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame"
             )
         if not rendering.gain > 0:
             raise Refusal(f"effect cover_glass_crosstalk: gain is {rendering.gain:g}, expected above 0")
-        light = np.atleast_1d(values["share"]) * cycles[:, None] / rendering.gain
-        return rendering.arrivals.added(light, rendering.clock.time_zero_s + values["delay"])
+        counts = np.atleast_1d(values["counts"]) + (0.0 if cycles is None else share * cycles[:, None])
+        return rendering.arrivals.added(counts / rendering.gain, rendering.clock.time_zero_s + values["delay"])
 
 
 effect = CoverGlassCrosstalk()

@@ -1,5 +1,7 @@
 """Echoes of the signal in what a fit leaves."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.stats import kstest
 
@@ -33,3 +35,12 @@ def test_an_echo_of_some_frames_is_found(rig, simulated):
     frames, _ = looked(simulated(np.random.default_rng(3).poisson(mean)), expected)
     assert frames.p_value < 1e-6
     assert frames.sentence.startswith("an echo 7 bins before the signal")
+
+
+def test_a_few_stray_counts_are_no_echo(rig, simulated):
+    """Where a bin holds a hundredth of a count, one photon is many standard deviations."""
+    expected = np.maximum(rig.expected() - 3.0, 0) + 0.01
+    dark = replace(simulated(rig.expected()), background=np.full(expected.shape[1], 0.01))
+    rng = np.random.default_rng(4)
+    chances = [looked(replace(dark, counts=rng.poisson(expected)), expected)[0].p_value for _ in range(60)]
+    assert kstest(chances, "uniform", alternative="greater").pvalue > 1e-3

@@ -9,8 +9,12 @@ from recordings.refusal import Refusal
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Each shot sends so many to each zone, with its own delay after time zero."""
-    if world.laser_cycles is None:
-        raise Refusal("cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame")
-    counts = by_zone(world, values["share"]) * world.laser_cycles * world.boost
-    return photons.and_also(pulse_from_elsewhere(world, counts, world.time_zero_s + values["delay"], rng))
+    """Each shot, or each frame, sends so many to each zone, with its own delay after time zero."""
+    share, counts = (by_zone(world, values[name]) for name in ("share", "counts"))
+    if share.any():
+        if world.laser_cycles is None:
+            raise Refusal(
+                "cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame"
+            )
+        counts = counts + share * world.laser_cycles
+    return photons.and_also(pulse_from_elsewhere(world, counts * world.boost, world.time_zero_s + values["delay"], rng))

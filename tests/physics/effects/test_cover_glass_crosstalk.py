@@ -44,3 +44,14 @@ def test_it_asks_for_shots_and_gain(small):
         ForwardModel(unknown, small.footprints, small.clock).expected(1.0, [effect.at()])
     with pytest.raises(Refusal, match="gain is 0, expected above 0"):
         ForwardModel(small.light, small.footprints, small.clock).expected(0.0, [effect.at()])
+
+
+def test_where_nobody_knows_the_shots_it_is_counts_in_a_frame(small):
+    unknown = replace(small.light, laser_cycles=None)
+    model = ForwardModel(unknown, small.footprints, small.clock)
+    counts = [0.0, 7.0, 30.0, 2.0]
+    more = model.expected(10.0, [effect.at(counts=counts, delay=-1e-10)]) - model.expected(10.0)
+    np.testing.assert_allclose(more.sum(axis=-1), np.broadcast_to(counts, (3, 4)), rtol=1e-4, atol=1e-6)
+    shots = ForwardModel(small.light, small.footprints, small.clock)
+    by_shot = [effect.at(share=np.array(counts) / CYCLES, delay=-1e-10)]
+    np.testing.assert_allclose(shots.expected(10.0, by_shot) - shots.expected(10.0), more, atol=1e-9)

@@ -28,7 +28,10 @@ STRENGTHS = {
     "bin_phase": [{"depth": 0.5}, {"depth": 1, "phase": 0.8}, {"whole": 0.4}, {"depth": 0.3, "whole": 1, "phase": 0.6}],
     "bin_width_error": [{"error": 0.03}, {"error": -0.08}, {"error": -0.02, "zero_in_seconds": 1}],
     "counter_saturation": [{"ceiling": 60}, {"ceiling": 40, "lost": 0.6}],
-    "cover_glass_crosstalk": [{"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10}],
+    "cover_glass_crosstalk": [
+        {"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10},
+        {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
+    ],
     "footprint_blur": [{"variance": 1600}, {"variance": -400}],
     "footprint_shift": [{"x": 20, "y": -15}, {"x": -70, "y": 40}],
     "gain_drift": [
