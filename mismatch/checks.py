@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, norm, poisson
 
 from mismatch.poisson import LEAST, deviance, expected_deviance
 from mismatch.simulation import Simulation
@@ -37,7 +37,8 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
     if len(bright):
         sums.append((white[:, bright], "cell"))
     rhythms = [beat(white, what) for white, what in sums]
-    return [wave(excess / np.sqrt(mean_alive)), *rhythms, dispersion(counts, mean), *remainders(counts, mean)]
+    single = outlier(counts[:, alive], mean_alive, np.flatnonzero(alive))
+    return [wave(excess / np.sqrt(mean_alive)), *rhythms, dispersion(counts, mean), *remainders(counts, mean), single]
 
 
 def wave(white: np.ndarray) -> Check:
@@ -67,6 +68,17 @@ def beat(white: np.ndarray, what: str) -> Check:
     p = float(-np.expm1(power.size * np.log1p(-np.exp(-min(float(power[best]), 600.0)))))
     where = "one cell" if what == "cell" else f"{what} {best[1]}"
     return Check(p, f"{where} goes up and down {best[0] + 1} times over the frames")
+
+
+def outlier(counts: np.ndarray, mean: np.ndarray, zones: np.ndarray) -> Check:
+    """The cell whose count is least likely, by the tails of the Poisson law. zones: numbers of those there are."""
+    above, below = poisson.sf(counts - 1, mean), poisson.cdf(counts, mean)
+    chance = 2 * np.minimum(above, below)
+    frame, zone, time = np.unravel_index(int(np.argmin(chance)), chance.shape)
+    p = float(-np.expm1(chance.size * np.log1p(-min(float(chance[frame, zone, time]), 1 - 1e-16))))
+    cell = f"frame {frame}, zone {zones[zone]}, bin {time}"
+    held = f"{counts[frame, zone, time]:.0f} counts where {mean[frame, zone, time]:.3g} are expected"
+    return Check(p, f"single cells are out of place: {cell} holds {held}")
 
 
 def dispersion(counts: np.ndarray, mean: np.ndarray) -> Check:

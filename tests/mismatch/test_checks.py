@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from mismatch.checks import checks, dispersion, remainders, wave
+from mismatch.checks import checks, dispersion, outlier, remainders, wave
 
 SHAPE = (24, 4, 48)
 
@@ -57,3 +57,16 @@ def test_a_bit_that_sticks_in_one_zone_is_found_there():
 
 def test_all_of_them_are_quiet_about_a_simulation_that_is_right(drawn, rig):
     assert min(check.p_value for check in checks(drawn(6), rig.expected())) > 1e-3
+
+
+def test_a_cell_that_is_out_of_place_is_found_and_noise_is_not():
+    rng = np.random.default_rng(6)
+    mean = rng.uniform(0.01, 200, (12, 4, 50))
+    chances = [outlier(rng.poisson(mean), mean, np.arange(4)).p_value for _ in range(200)]
+    # Counts are whole numbers: chances are no smaller than uniform ones.
+    assert kstest(chances, "uniform", alternative="greater").pvalue > 1e-3
+    counts = rng.poisson(mean)
+    counts[7, 2, 33] = mean[7, 2, 33] + 9 * np.sqrt(mean[7, 2, 33]) + 9
+    found = outlier(counts[:, 1:], mean[:, 1:], np.array([1, 2, 3]))
+    assert found.p_value < 1e-6
+    assert "frame 7, zone 2, bin 33" in found.sentence
