@@ -28,9 +28,7 @@ def surfaces(light, range_m, response, bands, fine_m, fine, structure, level, co
         amount, place = gist(light, humps, range_m, response, bands)
     found = np.zeros((0, 5))
     while len(humps):
-        found, better = describe(
-            light, humps, range_m, response, bands, fine_m, fine, structure, level, counts, held, near_m
-        )
+        found, better = describe(light, humps, range_m, response, bands, fine_m, fine, structure, level, counts, held)
         certain = found[:, 0] / np.maximum(found[:, 1], 1e-9)
         if certain.min() >= CERTAIN and len(humps) <= most:
             return found[np.argsort(-found[:, 0])], better

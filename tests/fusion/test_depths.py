@@ -41,21 +41,54 @@ def test_one_surface_is_found_within_its_stated_error(rig):
     np.testing.assert_allclose(seen.level.mean(), 3, rtol=0.1)
 
 
-def test_the_likelihood_is_as_high_as_another_program_makes_it(rig):
-    counts = draw(rig.response, walls(rig.response, 1, [600], [33]), 2)[0]
+def exactly(rig, light, range_m, level=3.0):
+    """(4, 48) expected counts of light from any range, on no grid: every step of the pulse against every bin."""
+    edges = np.arange(rig.sensor.bins + 1) * rig.sensor.bin_width_s
+    pulse = rig.sensor.response
+    step = pulse.time_s[1] - pulse.time_s[0]
+    low = rig.sensor.time_zero_s[:, None] + 2 * range_m / 299_792_458.0 + pulse.time_s - step / 2
+    passed = np.clip((edges - low[..., None]) / step, 0, 1)
+    return light * np.diff(np.einsum("s,pse->pe", pulse.probability, passed), axis=1) + level
+
+
+@pytest.mark.parametrize("light", [300, 3000, 30_000])
+def test_the_range_is_where_another_program_finds_the_highest_likelihood(rig, light):
+    place = rig.response.range_m[33] + 0.013
+    counts = np.random.default_rng(2).poisson(exactly(rig, light, place))
     seen = zone_depths(counts, rig.response)
-    table, ranges = rig.response.counts[2], rig.response.range_m
 
     def loss(values):
-        amount, place, level = np.exp(values[0]), values[1], np.exp(values[2])
-        shape = np.array([np.interp(place, ranges, table[:, t]) for t in range(table.shape[1])])
-        rate = amount * shape + level
+        rate = exactly(rig, np.exp(values[0]), values[1], np.exp(values[2]))[2]
         return (rate - counts[2] * np.log(rate)).sum()
 
-    start = [np.log(600), ranges[33] + 0.01, np.log(3)]
-    best = minimize(loss, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-6, "maxiter": 2000})
-    # Within a third of the error that noise makes: the grid is half a bin.
-    assert seen.surface_m[2, 0] == pytest.approx(best.x[1], abs=0.33 * seen.surface_sigma_m[2, 0])
+    start = [np.log(light), place, np.log(3)]
+    best = minimize(loss, start, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-7, "maxiter": 3000})
+    assert seen.surface_m[2, 0] == pytest.approx(best.x[1], abs=0.25 * seen.surface_sigma_m[2, 0])
+    assert seen.surface_counts[2, 0] == pytest.approx(np.exp(best.x[0]), rel=0.01)
+
+
+@pytest.mark.parametrize("light", [100, 1000, 10_000])
+def test_stated_errors_hold_between_the_steps(rig, light):
+    rng = np.random.default_rng(light)
+    places = rng.uniform(rig.response.range_m[10], rig.response.range_m[55], 75)
+    seen = zone_depths(np.stack([rng.poisson(exactly(rig, light, place)) for place in places]), rig.response)
+    pulls = (seen.surface_m[..., 0] - places[:, None]) / seen.surface_sigma_m[..., 0]
+    assert np.isfinite(pulls).mean() > 0.97
+    # 68 % of 300 have a standard error of 2.7 %.
+    assert (np.abs(pulls[np.isfinite(pulls)]) < 1).mean() == pytest.approx(0.683, abs=0.08)
+
+
+def test_two_surfaces_too_close_to_tell_apart_are_one_of_some_width(rig):
+    """Its range is their mean, and less certain than that of one as bright."""
+    rng, places, gap = np.random.default_rng(3), np.linspace(0.6, 1.6, 40), 0.03
+    close = [rng.poisson(exactly(rig, 5000, a) + exactly(rig, 5000, a + gap, 0.0)) for a in places]
+    seen = zone_depths(np.stack(close), rig.response)
+    one = zone_depths(np.stack([rng.poisson(exactly(rig, 10_000, a)) for a in places]), rig.response)
+    assert (np.isfinite(seen.surface_m).sum(axis=-1) == 1).mean() > 0.95
+    pulls = (seen.surface_m[..., 0] - places[:, None] - gap / 2) / seen.surface_sigma_m[..., 0]
+    assert 0.55 < (np.abs(pulls) < 1).mean() < 0.8
+    assert np.median(seen.surface_sigma_m[..., 0]) > 1.1 * np.median(one.surface_sigma_m[..., 0])
+    assert np.median(seen.surface_spread_m[..., 0]) == pytest.approx(gap / 2, rel=0.2)
 
 
 def test_two_surfaces_in_one_zone(rig):

@@ -34,6 +34,16 @@ def test_a_nominal_sensor_spreads_one_count_over_its_pulse(rig):
     np.testing.assert_allclose(response.pedestal, 3.0)
 
 
+def test_the_finer_table_holds_the_coarse_one_and_what_lies_between(rig):
+    response, sensor = rig.response, rig.sensor
+    for p, r in ((0, 14), (1, 81), (3, 202)):
+        expected = share_in_bins(float(response.fine_m[r]), sensor.time_zero_s[p], sensor)
+        np.testing.assert_allclose(response.fine_counts[p, r], expected, atol=1e-5)
+    same = np.searchsorted(response.fine_m, response.range_m - 1e-9)
+    np.testing.assert_allclose(response.fine_m[same], response.range_m)
+    np.testing.assert_allclose(response.fine_counts[:, same], response.counts, atol=1e-9)
+
+
 def test_ranges_are_half_a_bin_apart_up_to_the_end_of_the_window(rig):
     ranges, sensor = window_ranges(rig.sensor), rig.sensor
     np.testing.assert_allclose(np.diff(ranges), sensor.bin_width_s * C / 4)
