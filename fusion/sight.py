@@ -157,4 +157,3 @@ def sight(
             where = setting.effect.apply("footprints", setting.values, Rendering(None, where, None, 1.0))
     weights = np.ascontiguousarray(where.weights, np.float32)
     return Sight(weights, np.asarray(intrinsics, float), maps.zone_grid, aside, where.calibration_range_m, where)
-
