@@ -1,6 +1,7 @@
 """The demo's middle: a simulated sensor looks round a room, and what it saw is fused through the maps of the scan."""
 
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,11 @@ PEAK = 3000.0  # counts in the fullest bin
 SEEN = 0.1
 
 
-def see_room(maps: ResponseMaps, rng: np.random.Generator) -> Recording:
-    """What a TMF8828 mounted as `maps` say records of the sample room, with the parallax that its mount has."""
+def see_room(maps: ResponseMaps, rng: np.random.Generator, every: int = 1) -> Recording:
+    """What a TMF8828 mounted as `maps` say records of the sample room, with the parallax that its mount has.
+
+    every: of so many frames of the way through the room, one is recorded.
+    """
     from physics.effects import find_effect
     from physics.presets import preset
     from physics.scene.open_scene import open_scene
@@ -26,7 +30,9 @@ def see_room(maps: ResponseMaps, rng: np.random.Generator) -> Recording:
     mount = np.asarray(maps.meta["lidar_from_camera"])
     x, y, _ = -mount[:3, :3].T @ mount[:3, 3]
     sensor = replace(preset("tmf8828-3x3-wide-long"), effects=(find_effect("parallax").at(x=x, y=y),))
-    return simulate(open_scene(ROOM, maps), maps, sensor, rng, peak=PEAK)[0].collect()
+    way = open_scene(ROOM, maps)
+    way = replace(way, views=islice(way.views, 0, None, every), count=-(-way.count // every))
+    return simulate(way, maps, sensor, rng, peak=PEAK)[0].collect()
 
 
 def fuse_room(maps_path: Path, out: Path, rng: np.random.Generator, progress: Progress) -> tuple[float, float]:
@@ -45,7 +51,7 @@ def fuse_room(maps_path: Path, out: Path, rng: np.random.Generator, progress: Pr
     from viewers.fusion_session import saved_session
 
     maps, seen = load_maps(maps_path), out / "seen.rrd"
-    recording = see_room(maps, rng)
+    recording = see_room(maps, rng, every=2)
     save(recording, seen)
     passing, sight, response = open_rig(seen, maps)
     with folder_aside(out / "fused") as folder:

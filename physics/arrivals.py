@@ -119,20 +119,30 @@ def _shares(lattice: Lattice) -> np.ndarray:
 def _splat(ranges, strength, pixels, weights, offset, per_metre, out):
     """Add light of N pixels, with weights (N, P), to (P, J) knots."""
     zones, last = out.shape[0], out.shape[1] - 1
+    first_zone, last_zone = offset.min(), offset.max()
     for i in range(pixels.size):
         light = float(strength[pixels[i]])
         if not light > 0:
             continue
         travel = ranges[pixels[i]] * per_metre
+        if travel + first_zone >= 0 and travel + last_zone < last:
+            for p in range(zones):  # No zone has to be asked.
+                _share(travel + offset[p], light * weights[i, p], out[p])
+            continue
         for p in range(zones):
             at = travel + offset[p]
             if 0 <= at < last:
-                whole = np.int64(at)
-                knot = np.uint64(whole)  # An index without sign: no test whether it counts from the end.
-                given = light * weights[i, p]
-                later = given * (at - whole)
-                out[p, knot] += given - later
-                out[p, knot + np.uint64(1)] += later
+                _share(at, light * weights[i, p], out[p])
+
+
+@njit(nogil=True, cache=True, inline="always")
+def _share(at, given, row):
+    """Give light to the two knots of a row about `at`."""
+    whole = np.int64(at)
+    knot = np.uint64(whole)  # An index without sign: no test whether it counts from the end.
+    later = given * (at - whole)
+    row[knot] += given - later
+    row[knot + np.uint64(1)] += later
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
