@@ -41,7 +41,7 @@ class Noted(metaclass=Global):
     __slots__ = ("args", "state")
     name = ""
 
-    def __new__(cls, *args: Any) -> "Noted":  # noqa: D102
+    def __new__(cls, *args: Any) -> "Noted":  # noqa: D102 - what becomes of a call is said by the class
         noted = super().__new__(cls)
         noted.args, noted.state = args, None
         return noted
@@ -49,7 +49,7 @@ class Noted(metaclass=Global):
     def __setstate__(self, state: Any) -> None:
         self.state = state
 
-    def __call__(self, *args: Any) -> NoReturn:  # noqa: D102
+    def __call__(self, *args: Any) -> NoReturn:  # noqa: D102 - the refusal says it
         raise Refusal(f"calls what {self.name} returns")
 
 
