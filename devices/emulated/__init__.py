@@ -1,0 +1,1 @@
+"""Devices that are not there: what drives the real ones drives these."""
