@@ -10,6 +10,7 @@ from calibrate.patch_frames import GreyFrames
 from calibrate.patch_grid import SAME_RADIUS, GridModel, Sightings, fit_grid
 from calibrate.patch_target import Target, learn_target
 from calibrate.plan import ScanPlan
+from calibrate.sparse import spread_order
 from recordings.progress import Progress
 from recordings.refusal import Refusal
 
@@ -104,6 +105,8 @@ def _no_grid(shown: int, count: int, plan: ScanPlan) -> Refusal:
 
 def _spread(plan: ScanPlan, count: int) -> np.ndarray:
     """Indices of about `count` cells spread over the grid, its corners included."""
+    if plan.listed:
+        return np.sort(spread_order(plan.cells, min(count, len(plan.cells))))
     rows = min(plan.rows, int(count**0.5))
     columns = min(plan.columns, count // rows)
     rows = min(plan.rows, count // columns)

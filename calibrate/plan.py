@@ -10,7 +10,7 @@ import numpy as np
 
 from recordings.refusal import Refusal
 
-ORDERS = ("snake", "raster")
+ORDERS = ("snake", "raster", "listed")
 META_KEY = "plan"
 # A file may claim any grid; nobody scans ten million frames.
 MAX_FRAMES = 10_000_000
@@ -22,7 +22,9 @@ class ScanPlan:
 
     first: frames recorded before the grid, which belong to no cell.
     order: "snake" runs through even rows with ascending columns and through odd rows with descending ones, as
-    the published scans do (row 0 is the lowest in the image, column 0 the leftmost); "raster" always ascends.
+    the published scans do (row 0 is the lowest in the image, column 0 the leftmost); "raster" always ascends; "listed"
+    visits the cells in `listed`.
+    listed: numbers of cells, row · columns + column, each once, in the order of the visits.
     lost: frames of the plan, counted from 0, that the recording does not hold; cells they belong to drop out.
 
     Raises `Refusal` where a number is not an integer in range or the order is none of these.
@@ -34,6 +36,7 @@ class ScanPlan:
     first: int = 0
     order: str = "snake"
     lost: tuple[int, ...] = ()
+    listed: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         for name, least in (("columns", 1), ("rows", 1), ("repeats", 1), ("first", 0)):
@@ -44,18 +47,25 @@ class ScanPlan:
             object.__setattr__(self, name, int(value))
         if self.order not in ORDERS:
             raise Refusal(f"scan plan: order is {self.order!r}, expected {' or '.join(ORDERS)}")
+        cells = self.columns * self.rows
+        listed = _whole_numbers("listed", self.listed, cells - 1)
+        if len(set(listed)) < len(listed) or bool(listed) != (self.order == "listed"):
+            raise Refusal(f"scan plan: listed has {len(listed)} cells, expected each once, and only in order 'listed'")
+        object.__setattr__(self, "listed", listed)
         if self.planned > MAX_FRAMES:
             raise Refusal(f"scan plan: {self.planned} frames, expected at most {MAX_FRAMES}")
-        if not isinstance(self.lost, list | tuple) or not all(
-            isinstance(frame, int) and 0 <= frame < self.planned for frame in self.lost
-        ):
-            raise Refusal(f"scan plan: lost is {self.lost!r}, expected frames from 0 to {self.planned - 1}")
-        object.__setattr__(self, "lost", tuple(sorted(set(self.lost))))
+        lost = _whole_numbers("lost", self.lost, self.planned - 1)
+        object.__setattr__(self, "lost", tuple(sorted(set(lost))))
+
+    @property
+    def visits(self) -> int:
+        """Cells of the whole plan."""
+        return len(self.listed) or self.columns * self.rows
 
     @property
     def planned(self) -> int:
         """Frames of the whole plan: those before the grid and `repeats` at each cell."""
-        return self.first + self.columns * self.rows * self.repeats
+        return self.first + self.visits * self.repeats
 
     @property
     def count(self) -> int:
@@ -65,7 +75,8 @@ class ScanPlan:
     @cached_property
     def cells(self) -> np.ndarray:
         """(K, 2) column and row of each cell of which all frames are there, in the order of the scan."""
-        row, column = np.divmod(np.arange(self.columns * self.rows), self.columns)
+        visited = np.array(self.listed) if self.listed else np.arange(self.columns * self.rows)
+        row, column = np.divmod(visited, self.columns)
         if self.order == "snake":
             column = np.where(row % 2 == 1, self.columns - 1 - column, column)
         return np.stack([column, row], axis=1)[self._whole]
@@ -73,17 +84,20 @@ class ScanPlan:
     @cached_property
     def frames(self) -> np.ndarray:
         """(K, repeats) indices of the recording's frames taken at each cell."""
-        there = np.ones(self.planned, int)
-        there[list(self.lost)] = 0
-        recorded = np.cumsum(there) - 1
+        recorded = np.cumsum(self._there) - 1
         return recorded[self.first :].reshape(-1, self.repeats)[self._whole]
 
     @cached_property
-    def _whole(self) -> np.ndarray:
-        """(columns · rows,) which cells lost no frame."""
+    def _there(self) -> np.ndarray:
+        """(planned,) which frames the recording holds."""
         there = np.ones(self.planned, bool)
         there[list(self.lost)] = False
-        return there[self.first :].reshape(-1, self.repeats).all(axis=1)
+        return there
+
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        """(visits,) which cells lost no frame."""
+        return self._there[self.first :].reshape(-1, self.repeats).all(axis=1)
 
     def to_meta(self) -> dict[str, Any]:
         """What to add to the meta of a recording so that `from_meta` finds the plan again."""
@@ -111,3 +125,12 @@ class ScanPlan:
         if not found:
             raise Refusal(f"scan plan {text!r}: expected columns x rows, such as 80x45, or 80x45x3 with repeats")
         return ScanPlan(*(int(number) for number in found.groups(default="1")))
+
+
+def _whole_numbers(name: str, said: Any, most: int) -> tuple[int, ...]:
+    """Numbers from 0 to `most`."""
+    if not isinstance(said, list | tuple) or not all(
+        isinstance(n, int | np.integer) and not isinstance(n, bool) and 0 <= n <= most for n in said
+    ):
+        raise Refusal(f"scan plan: {name} is {str(said)[:80]}, expected whole numbers from 0 to {most}")
+    return tuple(int(n) for n in said)

@@ -90,6 +90,9 @@ class Arm(Protocol):
     def move(self, pose: np.ndarray) -> Settled:
         """Move the tool in a straight line to (6,), wait until it rests; raises `ArmStopped`, `DeviceLost`."""
 
+    def resume(self) -> None:
+        """Wait until a stopped arm was released, and make it ready to move again; raises `DeviceLost`."""
+
     def stop(self) -> None:
         """Bring the arm to rest."""
 
