@@ -75,6 +75,7 @@ class Rig:
     lidar_position_m: the LiDAR in the camera's frame, lidar_rotation_deg: its rotation about x, y and z.
     patch_radius_m: of the retroreflective disc. patch_distance_m: of the plane it is moved in, along the optical axis.
     mount: measures of the printed parts that differ from the usual ones, millimetres by name.
+    control: socket of a rehearsal, which stands in for the person who handles the patch; "" in a laboratory.
     """
 
     name: str = "rig"
@@ -86,6 +87,7 @@ class Rig:
     camera: CameraSetup = CameraSetup()
     arm: ArmSetup = ArmSetup()
     mount: dict[str, float] = field(default_factory=dict)
+    control: str = ""
 
     @property
     def lidar_from_camera(self) -> np.ndarray:

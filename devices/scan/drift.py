@@ -6,14 +6,14 @@ import numpy as np
 
 from devices.scan.journal import Journal
 
-# Of the largest counts of a zone's first histogram: bins that hold its pulses.
-IN_PULSE = 0.2
-
 
 def drift(journal: Journal) -> dict[str, Any] | None:
     """Change of light and of its arrival over the scan, None where the monitor pose was seen less than twice.
 
-    signal: relative change from the first look to the last, by a line through all of them, over zones together;
+    Each look is the mean histogram m of all looks, brighter by a and later by s, above a floor: a m − a s m' + c per
+    zone, fitted by least squares weighted with photon noise. Good for shifts below a bin.
+
+    signal: change from the first look to the last relative to the mean, by a line through all of them, over zones;
     signal_sigma: its standard error from the scatter about the line. arrival_bins, arrival_bins_sigma: the same of the
     mean arrival, bins. looks: how often it was seen.
     """
@@ -24,24 +24,28 @@ def drift(journal: Journal) -> dict[str, Any] | None:
         return None
     times = np.array([at for at, _ in looks])
     counts = np.stack([mean for _, mean in looks])
-    # Above the floor, within the pulses of the first look: what ambient light does is another matter.
-    above = np.maximum(counts - np.median(counts, axis=2, keepdims=True), 0)
-    inside = above[0] > IN_PULSE * above[0].max(axis=1, keepdims=True)
-    light = (above * inside).sum(axis=(1, 2))
-    bins = np.arange(counts.shape[2])
-    arrival = (above * inside * bins).sum(axis=(1, 2)) / np.maximum(light, 1)
-    signal, signal_sigma = _change(times, light / max(light.mean(), 1e-9))
-    shift, shift_sigma = _change(times, arrival)
+    signal, arrival = np.array([_against(counts.mean(axis=0), look) for look in counts]).T
+    change, change_sigma = _rise(times, signal)
+    shift, shift_sigma = _rise(times, arrival)
     return {
         "looks": len(looks),
-        "signal": signal,
-        "signal_sigma": signal_sigma,
+        "signal": change,
+        "signal_sigma": change_sigma,
         "arrival_bins": shift,
         "arrival_bins_sigma": shift_sigma,
     }
 
 
-def _change(times_s: np.ndarray, values: np.ndarray) -> tuple[float, float | None]:
+def _against(mean: np.ndarray, look: np.ndarray) -> tuple[float, float]:
+    """Light of a look (P, T) relative to the mean's (P, T), and by how many bins it comes later."""
+    floor = np.kron(np.eye(len(mean)), np.ones((mean.shape[1], 1)))
+    design = np.column_stack([mean.ravel(), -np.gradient(mean, axis=1).ravel(), floor])
+    weight = 1 / np.sqrt(np.maximum(mean.ravel(), 1))
+    brighter, later, *_ = np.linalg.lstsq(design * weight[:, None], look.ravel() * weight, rcond=None)[0]
+    return float(brighter), float(later / brighter)
+
+
+def _rise(times_s: np.ndarray, values: np.ndarray) -> tuple[float, float | None]:
     """Rise of a straight line over the whole time, and its standard error, None for two values."""
     span = np.ptp(times_s)
     if not span:

@@ -11,6 +11,7 @@ import numpy as np
 
 from calibrate.plan import ScanPlan
 from calibrate.rig import MODES, Rig, rig_from
+from devices.camera.open import camera_matrix
 from devices.scan.drift import drift
 from devices.scan.journal import Journal, Sample
 from devices.scan.motion_plan import MotionPlan, plan_from
@@ -79,7 +80,7 @@ def _recording(journal: Journal, name: str, cells: list[int], plan: MotionPlan, 
     if kilo:
         static["laser_cycles"] = np.int64(1024 * kilo)
     if said["camera"].get("intrinsics"):
-        static["intrinsics"] = np.array(said["camera"]["intrinsics"], float)
+        static["intrinsics"] = camera_matrix(said["camera"])
     return Stream(static, _frames(journal, name, set(cells)), len(cells) * plan.repeats)
 
 

@@ -3,6 +3,7 @@
 An SQLite database: a sample is there whole or not at all, whatever happens to the process, the disk or the power.
 """
 
+import fcntl
 import json
 import sqlite3
 import threading
@@ -10,7 +11,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -60,6 +61,7 @@ class Journal:
         """Open or begin a journal; raises `Refusal` where the file is something else."""
         self.path = Path(path)
         self._alone = threading.RLock()
+        self._lock = _locked(self.path)
         self._base = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
         try:
             # FULL: a sample that was told to be there survives a power cut.
@@ -76,6 +78,7 @@ class Journal:
     def close(self) -> None:
         """Let go of the file."""
         self._base.close()
+        self._lock.close()
 
     def remove(self) -> None:
         """Delete the journal, once all of it is somewhere else."""
@@ -171,6 +174,17 @@ class _Transaction:
             self._journal._alone.release()
         if isinstance(wrong, sqlite3.Error):
             raise self._journal._refusal(wrong) from None
+
+
+def _locked(path: Path) -> IO[bytes]:
+    """The file, open and locked for this process alone; `Refusal` where another scan writes into it."""
+    file = path.open("ab")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        file.close()
+        raise Refusal(f"{path}: another scan writes into it; wait for it, or stop it") from None
+    return file
 
 
 def _counts(blob: bytes) -> np.ndarray:

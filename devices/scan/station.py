@@ -3,7 +3,8 @@
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Station:
         tell: Callable[[str], None],
     ) -> None:
         self.arm, self.lidar, self.camera = arm, lidar, camera
-        self.tally = Tally()
+        self.tally, self._opened = Tally(), time.monotonic()
         self._settle_s, self._tell = settle_s, tell
         self._beside = ThreadPoolExecutor(1, "camera")
 
@@ -68,6 +69,12 @@ class Station:
     def picture(self) -> Picture:
         """A picture by itself."""
         return self.camera.use(lambda camera: camera.capture())
+
+    def summary(self) -> dict[str, Any]:
+        """Where the time went since the station was opened, and what went wrong, for the recording's meta."""
+        whole = time.monotonic() - self._opened
+        lost = {kept.what: kept.lost for kept in (self.arm, self.lidar, self.camera)}
+        return asdict(self.tally) | {"whole_s": whole, "lost": lost}
 
     def close(self) -> None:
         """Bring the arm to rest first, then let go of everything."""

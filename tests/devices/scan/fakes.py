@@ -33,10 +33,8 @@ class World:
 
 
 class FakeArm:
-    said = {"model": "UR10"}
-
     def __init__(self, world: World) -> None:
-        self.world = world
+        self.world, self.said = world, {"model": "UR10"}
         world.opened.append("arm")
 
     def move(self, pose):
@@ -57,10 +55,8 @@ class FakeArm:
 
 
 class FakeLidar:
-    said = {"firmware": "fake", "kilo_iterations": KILO}
-
     def __init__(self, world: World) -> None:
-        self.world = world
+        self.world, self.said = world, {"firmware": "fake", "kilo_iterations": KILO}
         world.opened.append("lidar")
 
     def measure(self):
@@ -75,10 +71,15 @@ class FakeLidar:
         pass
 
 
+def lens(world: World) -> dict[str, float]:
+    bench = world.scene.bench
+    return {"fx": bench.focal_px, "fy": bench.focal_px, "ppx": bench.principal_px[0], "ppy": bench.principal_px[1]}
+
+
 class FakeCamera:
     def __init__(self, world: World) -> None:
         self.world = world
-        self.said = {"intrinsics": world.scene.bench.intrinsics.tolist()}
+        self.said = {"intrinsics": lens(world)}
         world.opened.append("camera")
 
     def capture(self):

@@ -7,12 +7,13 @@ import pytest
 
 from calibrate.calibration import calibrate
 from calibrate.consistency import cosines
+from calibrate.rig import LidarSetup
 from devices.scan.export import export
 from devices.scan.journal import Journal
 from devices.scan.runner import Scan
 from recordings.files import load
 from recordings.refusal import Refusal
-from tests.devices.scan.fakes import KILO, FakeHolder, World, station
+from tests.devices.scan.fakes import KILO, FakeHolder, World, lens, station
 
 GRID = (8, 5)
 
@@ -26,18 +27,12 @@ def begin(path, world, *, said=None, holder=None, watch=lambda seen: None, **mor
     journal = Journal(path)
     plan = world.scene.plan(*GRID, **more)
     journal.say("plan", json.loads(plan.text()))
-    journal.say("rig", json.loads(world.scene.rig(_lidar()).text()))
-    journal.say("camera", {"intrinsics": world.scene.bench.intrinsics.tolist()})
+    journal.say("rig", json.loads(world.scene.rig(LidarSetup()).text()))
+    journal.say("camera", {"intrinsics": lens(world)})
     journal.say("lidar", {"kilo_iterations": KILO})
     tell = (said if said is not None else []).append
     place = station(world, tell)
     return journal, Scan(plan, place, holder or FakeHolder(world), journal, zone_grid=(3, 3), watch=watch, tell=tell)
-
-
-def _lidar():
-    from calibrate.rig import LidarSetup
-
-    return LidarSetup()
 
 
 def visits(journal, name):
@@ -122,6 +117,6 @@ def test_a_patch_that_is_not_there_at_the_start_is_noticed_before_anything_is_sc
     world = World()
     world.scene.patch = False
     journal, scan = begin(tmp_path / "s.scanning", world, holder=FakeHolder(world, obeys=False))
-    with pytest.raises(Refusal, match="before the scan, .*patch"):
+    with pytest.raises(Refusal, match=r"before the scan, .*patch"):
         scan.run()
     assert journal.count() == 0
