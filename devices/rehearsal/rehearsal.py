@@ -3,8 +3,6 @@
 import json
 import shutil
 import tempfile
-import threading
-import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -19,17 +17,16 @@ from devices.emulated.tmf882x.faults import Faults
 from devices.emulated.tmf882x.firmware import Firmware
 from devices.emulated.tmf882x.setting import Setting
 from devices.emulated.tmf882x.terminal import Terminal
-from devices.emulated.ur.safety import NORMAL, PROTECTIVE_STOP
-from devices.emulated.ur.server import EmulatedController
+from devices.emulated.ur.arm import EmulatedController
 from devices.rehearsal.bench_scene import BenchScene
 from devices.rehearsal.control import Control
+from devices.rehearsal.person import Person
 from recordings.atomic import written_aside
 from recordings.refusal import Refusal
 
 RIG, PLAN, PORT = "rig.json", "plan.json", "lidar"
 # A person inspects a protective stop before releasing it; the controller wants five seconds.
 RELEASED_AFTER_S = 6.0
-LOOKED_AFTER_S = 0.05
 MODEL = "UR10"
 # What the reference firmware offers in 3 x 3 zones.
 KILO = 10_000
@@ -111,9 +108,7 @@ class Rehearsal:
         looked = serve_pictures(str(pictures), self._looked, size, intrinsics=lens, depth=False, speed=self.speed)
         self._stack.enter_context(looked)
         self._stack.callback(Control(self.control, self._orders()).close)
-        person = threading.Event()
-        self._stack.callback(person.set)
-        threading.Thread(target=self._look_after, args=(person,), name="person", daemon=True).start()
+        self._stack.callback(Person(self.arm, self._trouble.released_after_s).close)
         for name, text in ((RIG, self.rig.text()), (PLAN, self.plan.text())):
             with written_aside(self.folder / name) as aside:
                 aside.write_text(text, encoding="utf-8")
@@ -126,7 +121,7 @@ class Rehearsal:
 
     def _seen(self, setting: Setting) -> np.ndarray:
         """(sets, 10, 128) counts, for the firmware."""
-        channels = self.scene.counts(self.arm.pose_now(), setting.kilo_iterations)
+        channels = self.scene.counts(self.arm.tool_pose, setting.kilo_iterations)
         reference, zones = channels[:1], channels[1:]
         sets = (
             [zones[i : i + 9] for i in range(0, len(zones), 9)]
@@ -140,7 +135,7 @@ class Rehearsal:
 
     def _looked(self) -> tuple[np.ndarray, None]:
         """A picture, for the camera; no depth: its projector is off."""
-        return self.scene.picture(self.arm.pose_now()), None
+        return self.scene.picture(self.arm.tool_pose), None
 
     def _orders(self) -> dict[str, Callable[..., str | None]]:
         """What may be asked of a rehearsal while it runs."""
@@ -151,8 +146,7 @@ class Rehearsal:
             self.scene.patch = state == "on"
 
         def status() -> str:
-            said = {"patch": self.scene.patch, "pose": self.arm.pose_now().tolist(), "moves": self.arm.moves}
-            return json.dumps(said)
+            return json.dumps({"patch": self.scene.patch, "arm": self.arm.state()})
 
         return {
             "patch": patch,
@@ -160,21 +154,3 @@ class Rehearsal:
             "arm": self.arm.interrupt,
             "status": status,
         }
-
-    def _look_after(self, over: threading.Event) -> None:
-        """The person beside the arm, who releases it a while after it was stopped."""
-        since: float | None = None
-        while not over.wait(LOOKED_AFTER_S):
-            if self.arm.safety_mode == NORMAL:
-                since = None
-                continue
-            now = time.monotonic()
-            since = now if since is None else since
-            if (now - since) * self.speed < self._trouble.released_after_s:
-                continue
-            if self.arm.safety_mode == PROTECTIVE_STOP:
-                self.arm.unlock()
-            else:
-                self.arm.release()
-                self.arm.power_on()
-                self.arm.release_brakes()

@@ -3,8 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
+from calibrate.plan import ScanPlan
 from calibrate.rig import Rig
 from devices.scan.kept import Kept
 from devices.scan.motion_plan import MotionPlan
@@ -27,8 +26,9 @@ def open_station(rig: Rig, plan: MotionPlan, tell: Callable[[str], None]) -> tup
     camera = Kept("camera", lambda: open_camera(rig.camera), tell)
     station = Station(arm, lidar, camera, plan.settle_s, tell)
     try:
+        visits = ScanPlan(plan.columns, plan.rows).cells @ [1, plan.columns]
         said = {"lidar": lidar.device.said, "camera": camera.device.said, "arm": arm.device.said}
-        check_reach(plan.poses(np.arange(plan.size)), rig.arm, arm.device.joints())
+        check_reach(plan.poses(visits), rig.arm, arm.device.joints)
     except BaseException:
         station.close()
         raise
