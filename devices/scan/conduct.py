@@ -51,6 +51,7 @@ def conduct(
             ).run()
             tally = station.summary()
             journal.say("tally", tally)
+            journal.say("lidar", station.lidar.device.said)
         finally:
             station.close()
         written = export(journal, out, progress)

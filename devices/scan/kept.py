@@ -19,6 +19,7 @@ class Closes(Protocol):
 Device = TypeVar("Device", bound=Closes)
 Result = TypeVar("Result")
 AGAIN_S = 0.5
+TRIES = 4
 
 
 class Kept(Generic[Device]):
@@ -42,9 +43,16 @@ class Kept(Generic[Device]):
 
     @property
     def device(self) -> Device:
-        """The device, opened; `Refusal` where it cannot be."""
-        if self._device is None:
-            self._device = self._opener()
+        """The device, opened; `Refusal` where it cannot be. One that goes away while it is opened is tried again."""
+        for left in reversed(range(TRIES)):
+            if self._device is not None:
+                break
+            try:
+                self._device = self._opener()
+            except DeviceLost as lost:
+                if not left:
+                    raise Refusal(f"{self.what}: {lost}; tried {TRIES} times, see to its cable and power") from None
+                time.sleep(self._again_s)
         return self._device
 
     def use(self, work: Callable[[Device], Result]) -> Result:

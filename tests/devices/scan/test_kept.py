@@ -69,3 +69,17 @@ def test_what_cannot_be_opened_at_first_is_refused_at_once():
 
     with pytest.raises(Refusal, match="no sensor"):
         Kept("LiDAR", nothing_there, again_s=0).use(Flaky.work)
+
+
+def test_lost_while_it_is_opened_it_is_tried_again_a_few_times():
+    fails = iter([True, True, False])
+    of = {"calls": 0, "closed": 0}
+
+    def opener():
+        if next(fails, True):
+            raise DeviceLost("an answer was lost")
+        return Flaky(of, ())
+
+    assert Kept("LiDAR", opener, again_s=0).use(Flaky.work) == 1
+    with pytest.raises(Refusal, match="LiDAR: an answer was lost; tried 4 times"):
+        Kept("LiDAR", opener, again_s=0).use(Flaky.work)
