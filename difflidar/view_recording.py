@@ -22,8 +22,10 @@ from physics.sensor import SensorModel
 from physics.sensor_choice import choose_sensor
 from physics.simulate import light_of
 from recordings.files import load, stream
+from recordings.maps import ResponseMaps
 from recordings.maps_file import load_maps
 from recordings.refusal import Refusal
+from recordings.stream import Stream
 from viewers.session_frame import SessionFrame, SessionRig
 
 HOW_TO_READ = (
@@ -57,11 +59,21 @@ def open_recording(
 ) -> tuple[SessionRig, Iterator[SessionFrame], int | None]:
     """The rig of a recording, its frames as they are computed, and how many there will be (None if unknown)."""
     passing = stream(path)
-    frames, static = passing.checked(), passing.static
+    frames = passing.checked()
     first = next(frames, None)
     if first is None:
         raise Refusal(f"{path}: has no frame, expected at least one")
-    tools = _instruments(path, static, first, maps_path, sensor_name, method)
+    tools = _instruments(path, passing.static, first, maps_path, sensor_name, method)
+    passing = replace(passing, frames=itertools.chain([first], frames))
+    return session_of(passing, path.stem, _said(path, passing.count, tools), tools)
+
+
+def session_of(
+    passing: Stream, title: str, said: str, tools: Instruments
+) -> tuple[SessionRig, Iterator[SessionFrame], int | None]:
+    """Rig and frames of a stream of at least one frame, already checked; `said` is the first sentence to read."""
+    frames, static = passing.frames, passing.static
+    first = next(frames)
     zones, bins = first["counts"].shape
     time_zero = np.broadcast_to(np.asarray(static["time_zero_s"], float), zones)
     arrival = (np.arange(bins) + 0.5) * float(static["bin_width_s"])
@@ -70,8 +82,8 @@ def open_recording(
         tuple(int(n) for n in static["zone_grid"]),
         (arrival - time_zero[:, None]) * speed_of_light / 2,
         None if tools.sight is None else tools.sight.normalised,
-        title=path.stem,
-        sentences=(_said(path, passing.count, tools), *HOW_TO_READ),
+        title=title,
+        sentences=(said, *HOW_TO_READ),
         start_s=float(first["timestamp_s"]),
         first_pose=first.get("camera_pose"),
         has_pictures=given(first, static, "rgb") is not None,
@@ -99,7 +111,13 @@ def _instruments(
         return Instruments(sensor, range_response(sensor))
     expect_method(method)
     maps = load_maps(maps_path)
-    sensor = choose_sensor(sensor_name, path, maps)
+    return instruments(static, first, maps, choose_sensor(sensor_name, path, maps), method)
+
+
+def instruments(
+    static: dict[str, Any], first: dict[str, Any], maps: ResponseMaps, sensor: SensorModel, method: str
+) -> Instruments:
+    """What it takes to fuse frames of a rig."""
     where, response = rig_of(static, first, maps, sensor)
     effects = mounted(sensor, maps, static.get("lidar_from_camera")).effects
     return Instruments(sensor, response, where, method, effects)

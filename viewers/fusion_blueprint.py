@@ -92,5 +92,7 @@ def _below(rig: SessionRig) -> rrb.Tabs:
             view_fit="fill",
         )
         tabs.insert(0, residual)
+    if rig.has_latency:
+        tabs.insert(0, rrb.TimeSeriesView(origin="latency", name="from the sensor's answer to the cloud (ms)"))
     about = rrb.TextDocumentView(origin="about", name="how to read this")
     return rrb.Tabs(*tabs, about, active_tab=0)

@@ -65,6 +65,8 @@ class LiveView:
         pose = frame.pose if frame.pose is not None or fused is None else fused.pose
         if pose is not None:
             self._moved(np.asarray(pose, float))
+        if frame.latency_s is not None:
+            self._log("latency", rr.Scalars(1e3 * frame.latency_s))
         if frame.counts is not None or frame.surface_m is not None:
             self._waiting.append(Counted.of(self._pushed, since, frame))
         self._pushed += 1

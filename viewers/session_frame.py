@@ -19,7 +19,7 @@ class SessionRig:
     title: what the session is of. sentences: what else a colleague should read first.
     start_s: timestamp that the timeline calls 0; that of the first frame where None.
     first_pose: (4, 4) world from camera, where the eye starts from; the world's origin where None.
-    has_pictures, has_depth, has_residuals, has_recorded_depth: which panels to open with.
+    has_pictures, has_depth, has_residuals, has_recorded_depth, has_latency: which panels to open with.
     """
 
     zone_grid: tuple[int, int]
@@ -33,6 +33,7 @@ class SessionRig:
     has_depth: bool = True
     has_residuals: bool = False
     has_recorded_depth: bool = False
+    has_latency: bool = False
 
     def __post_init__(self) -> None:
         zones = self.zone_grid[0] * self.zone_grid[1]
@@ -59,6 +60,7 @@ class SessionFrame:
     rgb: (H, W, 3) uint8, or the bytes of a PNG or JPEG. intrinsics: (3, 3) of its H × W grid; those of `fused` where
     None. pose: (4, 4) world from camera.
     expected: (P, T) counts of a simulation, for residuals. recorded_depth_m: (H, W) what a depth camera saw.
+    latency_s: from the arrival of the measurement to here, in a live session.
     """
 
     timestamp_s: float
@@ -72,3 +74,4 @@ class SessionFrame:
     pose: np.ndarray | None = None
     expected: np.ndarray | None = None
     recorded_depth_m: np.ndarray | None = None
+    latency_s: float | None = None

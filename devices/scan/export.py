@@ -1,21 +1,18 @@
 """A finished scan as recordings: with the patch, without it, and what the monitor pose saw."""
 
-import contextlib
 import json
 from collections.abc import Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from calibrate.plan import ScanPlan
-from calibrate.rig import MODES, Rig, rig_from
-from devices.camera.open import camera_matrix
+from calibrate.rig import Rig, rig_from
+from devices.rig_static import rig_meta, rig_static
 from devices.scan.drift import drift
 from devices.scan.journal import Journal, Sample
 from devices.scan.motion_plan import MotionPlan, plan_from
-from physics.timing import tmf882x_timing
 from recordings.files import save
 from recordings.progress import Progress, silent
 from recordings.stream import Stream
@@ -48,19 +45,11 @@ def export(journal: Journal, out: Path, progress: Progress = silent) -> dict[str
 def _recording(journal: Journal, name: str, cells: list[int], plan: MotionPlan, rig: Rig) -> Stream:
     """The frames of a pass at these cells, in this order."""
     said = {device: journal.said(device) or {} for device in ("lidar", "camera", "arm")}
-    timing = tmf882x_timing(rig.lidar.ranging, int(np.prod(MODES[rig.lidar.mode])))
-    kilo = said["lidar"].get("kilo_iterations") or rig.lidar.kilo_iterations
-    meta = {
-        "sensor": "TMF882x",
-        "made_by": f"difflidar {version('difflidar')} scan",
+    devices = said["lidar"], said["camera"]
+    meta = rig_meta(rig, *devices, "scan") | {
         "scan_pass": name,
-        "mode": rig.lidar.mode,
-        "ranging": f"{rig.lidar.ranging}range",
-        "firmware": said["lidar"].get("firmware", ""),
         "patch_depth_m": rig.patch_distance_m,
         "patch_radius_m": rig.patch_radius_m,
-        "lidar": said["lidar"],
-        "camera": said["camera"],
         "arm": said["arm"],
         "motion": {"order": plan.order, "passes": plan.passes, "settle_s": plan.settle_s},
         "tally": journal.said("tally") or {},
@@ -69,18 +58,7 @@ def _recording(journal: Journal, name: str, cells: list[int], plan: MotionPlan, 
     }
     if name != "monitor":
         meta |= _grid(plan, cells).to_meta()
-    static: dict[str, Any] = {
-        "zone_grid": np.array(MODES[rig.lidar.mode]),
-        "bin_width_s": np.float64(timing.bin_width_s),
-        "time_zero_s": _time_zero(said["lidar"], timing),
-        "lidar_from_camera": rig.lidar_from_camera,
-        "image_size": np.array(rig.camera.size),
-        "meta_json": json.dumps(meta),
-    }
-    if kilo:
-        static["laser_cycles"] = np.int64(1024 * kilo)
-    if said["camera"].get("intrinsics"):
-        static["intrinsics"] = camera_matrix(said["camera"])
+    static = rig_static(rig, *devices) | {"meta_json": json.dumps(meta)}
     return Stream(static, _frames(journal, name, set(cells)), len(cells) * plan.repeats)
 
 
@@ -118,12 +96,3 @@ def _reported(journal: Journal, name: str, cells: set[int]) -> dict[str, Any]:
         "reference_counts": [n for s in said for n in s.said["reference_counts"]],
         "device_s": [None if not np.isfinite(t) else t for s in said for t in s.said["device_s"]],
     }
-
-
-def _time_zero(said: dict[str, Any], timing: Any) -> np.ndarray:
-    """(P,) seconds: of the sensor's own factory calibration where it was read, else the table's."""
-    with contextlib.suppress(KeyError, TypeError):
-        zeros = np.array(said["factory_calibration"]["zero_bins"], float)
-        if zeros.shape == timing.time_zero_s.shape:
-            return zeros * timing.bin_width_s
-    return timing.time_zero_s

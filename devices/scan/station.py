@@ -51,7 +51,8 @@ class Station:
                 return settled
             except ArmStopped as stopped:
                 self.tally.stops[stopped.kind] = self.tally.stops.get(stopped.kind, 0) + 1
-                self._tell(f"{str(stopped).rstrip('.')}. The scan waits, and goes on by itself once the arm is released.")
+                why = str(stopped).rstrip(".")
+                self._tell(f"{why}. The scan waits, and goes on by itself once the arm is released.")
                 self.arm.use(lambda arm: arm.resume())
                 self._tell("The arm is released; the scan goes on.")
 
