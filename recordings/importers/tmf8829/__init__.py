@@ -1,0 +1,1 @@
+"""What a log of the TMF8829 holds."""

@@ -1,0 +1,1 @@
+"""What a log of the VL53L8CH holds."""
