@@ -17,6 +17,7 @@ stands between two patches is not looked for: all that face each other exchange 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -48,8 +49,13 @@ class Patches:
     sent_sr: np.ndarray
 
 
+# A fit asks for the same geometry again and again, with other strengths.
+@lru_cache(maxsize=1)
 def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
-    """(F, P, J) light by knot of the clock's lattice, pixels · 1/m², that bounced between two visible surfaces."""
+    """(F, P, J) light by knot of the clock's lattice, pixels · 1/m², that bounced between two visible surfaces.
+
+    Not to be written to: whoever asks for the same again gets the same array.
+    """
     lattice, seen = clock.lattice, footprints.seen
     zones = seen[0][1].shape[1]
     offset = (np.broadcast_to(clock.time_zero_s, (light.frames, zones)) - lattice.first_s) / lattice.step_s
@@ -66,6 +72,7 @@ def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndar
         _exchange(*geometry, response, offset[i], 2 / speed_of_light / lattice.step_s, out[i])
 
     in_parallel(one, range(light.frames))
+    out.setflags(write=False)
     return out
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from calibrate.plan import ScanPlan
 from calibrate.rig import Rig, rig_from
 from devices.rig_static import rig_meta, rig_static
+from devices.scan.clocks import clocks_apart
 from devices.scan.drift import drift
 from devices.scan.journal import Journal, Sample
 from devices.scan.motion_plan import MotionPlan, plan_from
@@ -54,6 +55,7 @@ def _recording(journal: Journal, name: str, cells: list[int], plan: MotionPlan, 
         "motion": {"order": plan.order, "passes": plan.passes, "settle_s": plan.settle_s},
         "tally": journal.said("tally") or {},
         "drift": drift(journal),
+        "clocks": clocks_apart(journal),
         **_reported(journal, name, set(cells)),
     }
     if name != "monitor":

@@ -22,7 +22,10 @@ def sample_of(name: str, cell: int, settled: Settled, seen: list[tuple[Measureme
         "device_s": [m.device_s for m in measured],
         "reference_counts": [int(m.reference.sum()) for m in measured],
         "distance_mm": [None if m.distance_mm is None else m.distance_mm.tolist() for m in measured],
-        "camera": [None if p is None else p.said | {"device_s": p.device_s, "number": p.number} for _, p in seen],
+        "camera": [
+            None if p is None else p.said | {"device_s": p.device_s, "host_s": p.host_s, "number": p.number}
+            for _, p in seen
+        ],
     }
     return Sample(name, cell, tuple(Frame(m.host_s, m.counts, None) for m in measured), said)
 

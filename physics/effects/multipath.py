@@ -1,6 +1,7 @@
 """`multipath`: light takes a second bounce."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.constants import speed_of_light
@@ -8,7 +9,9 @@ from scipy.signal import fftconvolve
 
 from physics.arrivals import Arrivals, arrivals
 from physics.bounce import second_bounce
+from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.footprint import Footprints
 from physics.light import Light, Return
 from physics.normals import solid_angles, vector_areas
 from physics.rendering import Rendering
@@ -132,17 +135,19 @@ class Multipath(Effect):
             bounced = second_bounce(rendering.light, rendering.footprints, rendering.clock)
             total = total + values["between"] * bounced
         if values["sensor"]:
-            total = total + values["sensor"] / np.pi**2 * _from_face(rendering)
+            back = _from_face(rendering.light, rendering.footprints, rendering.clock)
+            total = total + values["sensor"] / np.pi**2 * back
         return replace(rendering.arrivals, light=total)
 
 
-def _from_face(rendering: Rendering) -> np.ndarray:
-    """(F, P, J) light that falls on the sensor's face and back on the target, for a face of π² m²."""
-    light, lattice = rendering.light, rendering.clock.lattice
+@lru_cache(maxsize=1)
+def _from_face(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
+    """(F, P, J) light that falls on the sensor's face and back on the target, for a face of π² m²; to read only."""
+    lattice = clock.lattice
     direct = light.returns[0]
     forward = (1 / np.linalg.norm(light.rays, axis=-1)).astype(np.float32)
     seen = replace(light, returns=(Return(direct.range_m, direct.strength * forward),))
-    target = arrivals(seen, rendering.footprints, rendering.clock).light
+    target = arrivals(seen, footprints, clock).light
     onto_face = solid_angles(light) * forward
     again = np.empty_like(target)
 
