@@ -19,12 +19,20 @@ from difflidar.progress import bar
 @click.option("--patch-radius", type=float, metavar="PX", help="Radius of the patch; default: found in the frames.")
 @click.option("--patch-distance", type=float, metavar="M", help="Distance of the patch's plane along the optical axis.")
 @click.option("--baseline", type=Numbers(float, 3, ","), metavar="X,Y,Z", help="LiDAR in the camera's frame, metres.")
+@click.option("--rig", type=click.Path(path_type=Path), help="rig.json: where the LiDAR and the patch's plane are.")
 @click.option("--threshold", default=0.1, show_default=True, help="Fraction of the peak that bounds a support.")
 @click.option("--picture", type=click.Path(path_type=Path), help="Overlay of the maps on the camera image, .png.")
-def command(scan, background, out, grid, window, patch_radius, patch_distance, baseline, threshold, picture):
-    """Turn SCAN, a recording of a patch moved through the field, into response maps."""
+def command(scan, background, out, grid, window, patch_radius, patch_distance, baseline, rig, threshold, picture):
+    """Turn SCAN, a recording of a patch moved through the field, into response maps.
+
+    Maps are put into space where the camera's intrinsics, the LiDAR's place and the patch's distance are known: from
+    the options, from the rig file, or from what the recording says, in this order.
+    """
+    from dataclasses import replace
+
     from calibrate.calibration import calibrate
     from calibrate.plan import ScanPlan
+    from calibrate.rig import load_rig
     from recordings.atomic import expect_place_for
     from recordings.files import load
     from recordings.maps_file import save_maps
@@ -35,7 +43,11 @@ def command(scan, background, out, grid, window, patch_radius, patch_distance, b
             expect_place_for(path)
     if not 0 < threshold < 1:
         raise Refusal(f"threshold: {threshold} found, expected a fraction of the peak between 0 and 1")
+    known = None if rig is None else load_rig(rig)
     recording = load(scan)
+    if known is not None:
+        recording = replace(recording, lidar_from_camera=known.lidar_from_camera)
+        patch_distance = known.patch_distance_m if patch_distance is None else patch_distance
     result = calibrate(
         recording,
         None if background is None else load(background),

@@ -1,0 +1,1 @@
+"""Parts to print: a bracket that holds camera and LiDAR as the rig file says, and what the arm holds the patch with."""
