@@ -1,0 +1,1 @@
+"""The robot arm that carries the patch."""
