@@ -66,6 +66,12 @@ class Lidar(Protocol):
     def measure(self) -> Measurement:
         """A measurement all of which was taken after the call; raises `DeviceLost` where the sensor is gone."""
 
+    def integrate(self) -> None:
+        """Take one measurement; returns as soon as all of it is taken, for `read` to read; raises `DeviceLost`."""
+
+    def read(self) -> Measurement | None:
+        """The measurement that `integrate` took, None where part of it was lost on the way; raises `DeviceLost`."""
+
     def close(self) -> None:
         """Stop measuring and let go of the device."""
 

@@ -6,7 +6,7 @@ import time
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from devices.scan.runner import Seen
+from devices.scan.visit import Seen
 from recordings.refusal import Refusal
 
 # Where nobody watches the terminal, a log gets a line this often.

@@ -13,7 +13,8 @@ from devices.scan.holder import Holder, Person
 from devices.scan.journal import SUFFIX, Journal
 from devices.scan.motion_plan import MotionPlan
 from devices.scan.open_station import open_station
-from devices.scan.runner import Scan, Seen
+from devices.scan.runner import Scan
+from devices.scan.visit import Seen
 from recordings.atomic import expect_place_for
 from recordings.maps import ResponseMaps
 from recordings.progress import Progress, silent

@@ -2,38 +2,26 @@
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 
 from calibrate.patch_edge import Disc
+from devices.captures import Settled
 from devices.scan.holder import Holder
-from devices.scan.journal import Journal, Sample
+from devices.scan.journal import Journal
 from devices.scan.motion_plan import MotionPlan
 from devices.scan.order import AdaptiveOrder, GridOrder, Order
 from devices.scan.sample import keep, sample_of
 from devices.scan.station import Station
 from devices.scan.survey import Survey, survey
+from devices.scan.visit import Seen, Visit
 from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
 
 # So many positions in a row without a patch where it must be: it fell off, or something moved.
 MOST_UNSEEN = 5
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What a listener hears after every position: the sample, the picture, where the patch was found in it.
-
-    done, planned: positions of all passes so far, and how many there will be as far as is known.
-    """
-
-    sample: Sample
-    rgb: np.ndarray | None
-    patch: Disc | None
-    done: int
-    planned: int
 
 
 class Scan:
@@ -54,6 +42,7 @@ class Scan:
         self._plan, self._station, self._holder, self._journal = plan, station, holder, journal
         self._zone_grid, self._prior, self._watch, self._tell = zone_grid, prior, watch, tell
         self._done = {name: set(journal.cells(name)) for name in ("patch", "background")}
+        self._kept = sum(map(len, self._done.values()))
         self._since_monitor = 0
         self._unseen: list[int] = []
         self._writer = ThreadPoolExecutor(1, "journal")
@@ -104,21 +93,26 @@ class Scan:
 
     def _look(self, cell: int) -> np.ndarray:
         """A picture (H, W, 3) with the arm at a cell."""
-        self._station.move(self._plan.poses(np.array([cell]))[0])
+        self._move(cell)
         return self._station.picture().rgb
 
     def _pass(self, name: str, cells: Iterator[int], found: Survey, order: Order) -> int:
-        """Visit cells; how many there were."""
-        count = 0
+        """Visit cells; how many there were.
+
+        While the arm moves to a cell the last is read out; where that turns out not to be whole it is visited again.
+        """
+        count, before = 0, None
         for cell in cells:
             if count == 0:
                 self._expect_patch(name == "patch", cell, found)
             count += 1
-            self._visit(name, cell, found, order)
+            before = self._visit(name, cell, found, order, before)
             self._since_monitor += 1
             if name == "patch" and self._plan.monitor_every and self._since_monitor >= self._plan.monitor_every:
                 self._since_monitor = 0
-                self._visit("monitor", self._plan.middle, found, order)
+                before = self._visit("monitor", self._plan.middle, found, order, before)
+        while before is not None:
+            before = self._finish(before, found, order)
         self._settle_journal()
         return count
 
@@ -132,24 +126,40 @@ class Scan:
         wanted, seen = ("on its holder", "not seen") if there else ("gone", "still seen")
         raise Refusal(f"the patch is {seen} at cell {cell}, expected it {wanted}; see to it and go on with --resume")
 
-    def _visit(self, name: str, cell: int, found: Survey, order: Order) -> None:
-        """Move, look, keep."""
-        settled = self._station.move(self._plan.poses(np.array([cell]))[0])
-        seen = self._station.see(self._plan.repeats, pictures=name != "background")
-        sample, rgb = sample_of(name, cell, settled, seen), None if seen[0][1] is None else seen[0][1].rgb
-        patch = None if rgb is None else found.find(rgb, cell)
+    def _visit(self, name: str, cell: int, found: Survey, order: Order, before: Visit | None) -> Visit:
+        """Move, look; keep what was seen at the visit before, or go back there first."""
+        if name in self._done:
+            self._done[name].add(cell)
+        while True:
+            settled = self._move(cell)
+            before = before and self._finish(before, found, order)
+            if before is None:
+                return Visit(name, cell, settled, self._station.see(self._plan.repeats, name != "background"))
+
+    def _move(self, cell: int) -> Settled:
+        return self._station.move(self._plan.poses(np.array([cell]))[0])
+
+    def _finish(self, visit: Visit, found: Survey, order: Order) -> Visit | None:
+        """Keep what was seen; where it is not whole, see it again, which is to be finished, too."""
+        seen = visit.look.read()
+        if seen is None:
+            settled = self._move(visit.cell)
+            return replace(
+                visit, settled=settled, look=self._station.see(self._plan.repeats, visit.look.rgb is not None)
+            )
+        sample, rgb = sample_of(visit.name, visit.cell, visit.settled, seen), visit.look.rgb
+        patch = None if rgb is None else found.find(rgb, visit.cell)
         pictures = [picture and picture.rgb for _, picture in seen]
         self._settle_journal()
         self._written = self._writer.submit(keep, self._journal, sample, pictures)
-        if name == "monitor":
-            return
-        self._done[name].add(cell)
-        if name == "patch":
-            self._expect_seen(cell, patch)
+        if visit.name == "patch":
+            self._expect_seen(visit.cell, patch)
             order.saw(sample)
-        done = sum(map(len, self._done.values()))
-        planned = self._plan.size * (1 if self._plan.passes == "patch only" else 2)
-        self._watch(Seen(sample, rgb, patch, done, planned))
+        if visit.name != "monitor":
+            self._kept += 1
+            planned = self._plan.size * (1 if self._plan.passes == "patch only" else 2)
+            self._watch(Seen(sample, rgb, patch, self._kept, planned))
+        return None
 
     def _expect_seen(self, cell: int, patch: Disc | None) -> None:
         """Stop where the patch is not where the arm has it, position after position; what these saw is no scan."""

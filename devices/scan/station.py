@@ -2,13 +2,13 @@
 
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
-from devices.captures import Arm, ArmStopped, Camera, Lidar, Measurement, Picture, Settled
+from devices.captures import Arm, ArmStopped, Camera, DeviceLost, Lidar, Measurement, Picture, Settled
 from devices.scan.kept import Kept
 
 
@@ -19,6 +19,25 @@ class Tally:
     moving_s: float = 0.0
     measuring_s: float = 0.0
     stops: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What was seen at one position; `rgb` is of the last picture, None where none was wanted."""
+
+    _before: list[tuple[Measurement, Picture | None]]
+    _picture: Picture | None
+    _reading: Future
+
+    @property
+    def rgb(self) -> np.ndarray | None:
+        """(H, W, 3) uint8."""
+        return None if self._picture is None else self._picture.rgb
+
+    def read(self) -> list[tuple[Measurement, Picture | None]] | None:
+        """Measurements with their pictures, once they are read out; None where the last was not whole."""
+        measured = self._reading.result()
+        return None if measured is None else [*self._before, (measured, self._picture)]
 
 
 class Station:
@@ -38,7 +57,7 @@ class Station:
         self.arm, self.lidar, self.camera = arm, lidar, camera
         self.tally, self._opened = Tally(), time.monotonic()
         self._settle_s, self._tell = settle_s, tell
-        self._beside = ThreadPoolExecutor(1, "camera")
+        self._camera_side, self._lidar_side = ThreadPoolExecutor(1, "camera"), ThreadPoolExecutor(1, "LiDAR")
 
     def move(self, pose: np.ndarray) -> Settled:
         """Bring the tool to a pose (6,); where the arm is stopped on the way it waits for a person, then goes on."""
@@ -56,16 +75,32 @@ class Station:
                 self.arm.use(lambda arm: arm.resume())
                 self._tell("The arm is released; the scan goes on.")
 
-    def see(self, repeats: int, pictures: bool) -> list[tuple[Measurement, Picture | None]]:
-        """Measurements at rest, each with a picture taken meanwhile where these are wanted."""
+    def see(self, repeats: int, pictures: bool) -> "Look":
+        """Take measurements at rest, each with a picture taken meanwhile where these are wanted.
+
+        Returns once the last is taken; it is read while the arm moves on, and may turn out not to be whole.
+        """
         began = time.monotonic()
-        seen = []
-        for _ in range(repeats):
-            picture = self._beside.submit(self.picture) if pictures else None
-            measured = self.lidar.use(lambda lidar: lidar.measure())
-            seen.append((measured, picture and picture.result()))
+        seen: list[tuple[Measurement, Picture | None]] = []
+        for left in reversed(range(repeats)):
+            picture = self._camera_side.submit(self.picture) if pictures else None
+            if left:
+                seen.append((self.lidar.use(lambda lidar: lidar.measure()), picture and picture.result()))
+            else:
+                self.lidar.use(lambda lidar: lidar.integrate())
+                last = picture and picture.result()
         self.tally.measuring_s += time.monotonic() - began
-        return seen
+        return Look(seen, last, self._lidar_side.submit(self._read))
+
+    def _read(self) -> Measurement | None:
+        """The measurement that was taken; a sensor that was lost meanwhile has lost that, too."""
+        try:
+            return self.lidar.device.read()
+        except DeviceLost as lost:
+            self._tell(f"LiDAR: {lost}; the measurement will be taken again")
+            self.lidar.lost += 1
+            self.lidar.close()
+            return None
 
     def picture(self) -> Picture:
         """A picture by itself."""
@@ -81,4 +116,5 @@ class Station:
         """Bring the arm to rest first, then let go of everything."""
         for device in (self.arm, self.lidar, self.camera):
             device.close()
-        self._beside.shutdown()
+        for side in (self._camera_side, self._lidar_side):
+            side.shutdown()

@@ -3,20 +3,18 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 from calibrate.rig import LidarSetup
 from devices.captures import DeviceLost, Measurement
 from devices.tmf882x.attached import Attached
-from devices.tmf882x.calibration_page import CalibrationPage, save_pages
 from devices.tmf882x.connection import Connection
 from devices.tmf882x.dialogue import ask
+from devices.tmf882x.factory import FactoryCalibration
+from devices.tmf882x.one_shot import await_integrated, is_single, read_out
 from devices.tmf882x.port import usb_ports
 from devices.tmf882x.said import said
-from devices.tmf882x.start import read_pages
 from recordings.importers.tmf882x.assemble import Assembled
-from recordings.refusal import Refusal
 
 # For how many times as long as nothing may come, nothing that is whole may.
 NOTHING_WHOLE = 10
@@ -44,7 +42,7 @@ def open_tmf882x(
     return Tmf882x(Attached(setup, reconnect_s, progress, find), setup, progress)
 
 
-class Tmf882x:
+class Tmf882x(FactoryCalibration):
     """A `devices.captures.Lidar`; also a context manager, which closes it. Made by `open_tmf882x`."""
 
     def __init__(self, attached: Attached, setup: LidarSetup, progress: Callable[[str], None]) -> None:
@@ -73,6 +71,19 @@ class Tmf882x:
         called_s = time.time()
         return self._attached.patiently(lambda: self._measure(called_s))
 
+    def integrate(self) -> None:
+        """Take one measurement; returns as soon as it is taken, for `read` to read; raises `DeviceLost`."""
+        called_s = time.time()
+        self._taken = self._attached.patiently(lambda: self._integrated(called_s))
+
+    def read(self) -> Measurement | None:
+        """The measurement that `integrate` took, None where part of it was lost; raises `DeviceLost`."""
+        if self._taken is not None:
+            return self._taken
+        frame = read_out(self._attached.link)
+        self._running = None
+        return None if frame is None else self._measurement(frame)
+
     def frames(self) -> Iterator[Measurement]:
         """Measurements as they come, without end; measuring stops when the iterator is closed."""
         try:
@@ -80,28 +91,6 @@ class Tmf882x:
                 yield self._attached.patiently(self._streamed)
         finally:
             self._stop()
-
-    def calibrate_factory(self, path: str | Path | None = None) -> list[CalibrationPage]:
-        """Run the sensor's factory calibration, and save its pages to `path` if there is one.
-
-        It is to be run in the final housing with nothing within 40 cm, in little light (datasheet). The sensor uses
-        it until it is reset; a firmware must be compiled with the pages to load them at its start.
-        """
-        link = self._commanded()
-        answer = ask(link.reader, "f", state="stopped")
-        if "Fact Cal" not in answer.lines or answer.errors:
-            raise DeviceLost(f"the LiDAR was not calibrated: {'; '.join(answer.errors) or 'it did not begin'}")
-        pages = self._attached.calibrated(read_pages(link.reader))
-        if path is not None:
-            save_pages(pages, path)
-        return pages
-
-    def load_factory_calibration(self) -> list[CalibrationPage]:
-        """Have the firmware load the pages that it was compiled with; returns what the sensor then has."""
-        link = self._commanded()
-        if "Set fact cal" not in ask(link.reader, "r", state="stopped").lines:
-            raise DeviceLost("the LiDAR did not load the factory calibration that its firmware was compiled with")
-        return self._attached.calibrated(read_pages(link.reader))
 
     def reopen(self, timeout_s: float) -> None:
         """Wait for the sensor to come back, set it up as it was; `DeviceLost` if it does not within `timeout_s`.
@@ -114,15 +103,6 @@ class Tmf882x:
         """Stop measuring and let go of the device."""
         self._stop()
         self._attached.close()
-
-    def _commanded(self) -> Connection:
-        """A connection to firmware that takes commands, at rest."""
-        link = self._attached.link
-        if link.started is None:
-            raise Refusal(f"the firmware at {link.port} takes no commands; load the reference firmware onto the board")
-        if self._running is link:
-            self._stop()
-        return link
 
     def _measure(self, called_s: float) -> Measurement:
         link = self._attached.link
@@ -139,6 +119,17 @@ class Tmf882x:
         while self._next().host_s < called_s + LATE_S:
             pass
         return self._next()
+
+    def _integrated(self, called_s: float) -> Measurement | None:
+        """The measurement, where only reading it says that it was taken."""
+        link = self._attached.link
+        if not is_single(link, self._setup.mode):
+            return self._measure(called_s)
+        if self._running is link:
+            self._stop()
+        self._begin()
+        await_integrated(link)
+        return None
 
     def _streamed(self) -> Measurement:
         """The next of a stream, which is begun where nothing is measured."""

@@ -36,6 +36,7 @@ class Reader:
         self._closing = False
         self._failure: Exception | None = None
         self._heard = time.monotonic()
+        self._begun = 0, 0  # Lines of data and losses, when measuring last began.
         self.data_lines = self.text_lines = self.noise_bytes = self.overrun = 0
         self._thread = threading.Thread(target=self._read, name=f"reads {port.name}", daemon=True)
         self._thread.start()
@@ -54,6 +55,7 @@ class Reader:
             self._texts.clear()
             if self._assembler is not None:
                 self._assembler.begin()
+            self._begun = self.data_lines, self._dropped()
             return forgotten
 
     def write(self, data: bytes) -> None:
@@ -80,6 +82,24 @@ class Reader:
             self._wait(lambda: self._frames or self._error(), until)
             return self._frames.popleft() if self._frames else self._error()
 
+    def next_data(self, until: float) -> bool:
+        """Whether a line of data came since `begin`, or comes by `until`; raises `DeviceLost`."""
+        with self._news:
+            self._wait(lambda: self.data_lines > self._begun[0] or self._error(), until)
+            return self.data_lines > self._begun[0]
+
+    def first_frame(self, silence_s: float) -> Assembled | None:
+        """The first measurement since `begin`, None once it is known to be lost; raises `DeviceLost`."""
+        with self._news:
+            while not self._frames and self._dropped() == self._begun[1]:
+                if self._error() or time.monotonic() > self._heard + silence_s:
+                    return None
+                self._wait(
+                    lambda: self._frames or self._error() or self._dropped() > self._begun[1], self._heard + silence_s
+                )
+            whole = self._frames and self._dropped() == self._begun[1]
+            return self._frames.popleft() if whole else None
+
     @property
     def heard(self) -> float:
         """When the last line came, on the monotonic clock."""
@@ -91,6 +111,11 @@ class Reader:
         self._port.cancel_read()
         self._thread.join()
         self._port.close()
+
+    def _dropped(self) -> int:
+        """Measurements that were lost so far, and lines."""
+        tally = None if self._assembler is None else self._assembler.tally
+        return 0 if tally is None else tally.dropped + tally.damaged
 
     def _error(self) -> str | None:
         """What the firmware said is wrong, the last of it."""

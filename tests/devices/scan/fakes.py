@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from devices.captures import ArmStopped, DeviceLost, Measurement, Picture, Settl
 from devices.rehearsal.bench_scene import BenchScene
 from devices.scan.kept import Kept
 from devices.scan.station import Station
+from devices.scan.survey import survey
 
 KILO = 400
 
@@ -21,7 +23,7 @@ class World:
         self.scene = BenchScene(LidarSetup(), np.random.default_rng(seed))
         self.pose = np.zeros(6)
         self.goes_wrong = goes_wrong or {}
-        self.calls = {"arm": 0, "lidar": 0, "camera": 0}
+        self.calls = {"arm": 0, "lidar": 0, "camera": 0, "reading": 0, "line": 0}
         self.moved_to: list[np.ndarray] = []
         self.opened: list[str] = []
         self.resumed = 0
@@ -67,6 +69,14 @@ class FakeLidar:
         number = self.world.calls["lidar"]
         return Measurement(counts[1:], counts[:1], None, None, 30.0, number, np.nan, self.world.now_s)
 
+    def integrate(self):
+        self.taken = self.measure()
+
+    def read(self):
+        if self.world.wrong("reading"):
+            raise DeviceLost("the cable was pulled")
+        return None if self.world.wrong("line") else self.taken
+
     def close(self):
         pass
 
@@ -109,3 +119,11 @@ def station(world: World, tell: Callable[[str], None] = lambda sentence: None) -
     lidar = Kept("LiDAR", lambda: FakeLidar(world), tell, again_s=0)
     camera = Kept("camera", lambda: FakeCamera(world), tell, again_s=0)
     return Station(arm, lidar, camera, 0.0, tell)
+
+
+@cache
+def known_survey(columns: int, rows: int) -> dict:
+    """What a survey of a grid on the bench finds, which takes longer than the scan of a small one."""
+    world = World()
+    plan = world.scene.plan(columns, rows)
+    return survey(plan, lambda cell: world.scene.picture(plan.poses(np.array([cell]))[0])).to_json()
