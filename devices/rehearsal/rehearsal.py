@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from calibrate.rig import ArmSetup, CameraSetup, LidarSetup
 from devices.arm.kinematics import inverse, links, transform
@@ -87,6 +88,8 @@ class Rehearsal:
 
     def _start(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
+        # Small products in many threads cost more in waiting than they take.
+        self._stack.enter_context(threadpool_limits(1))
         # Paths of sockets may have about a hundred characters, those of folders more.
         sockets = Path(tempfile.mkdtemp(prefix="difflidar-"))
         self._stack.callback(shutil.rmtree, sockets, ignore_errors=True)
