@@ -108,25 +108,11 @@ class Multipath(Effect):
         light = rendering.light
         if values["outside"] == 0:
             return light
-        azimuth = np.radians(values["outside_azimuth"])
-        axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-        image = 2 * values["outside_distance"] * axis  # of the sensor
-        half_path, strength = np.zeros_like(light.range_m), np.zeros_like(light.range_m)
-
-        def one(i: int) -> None:
-            area, ranges = vector_areas(light, i), light.range_m[i].astype(float)
-            point = light.rays * (ranges / np.linalg.norm(light.rays, axis=-1))[..., None]
-            to_image = image - point
-            far, size = np.linalg.norm(to_image, axis=-1), np.linalg.norm(area, axis=-1)
-            before = 1 - point @ axis / values["outside_distance"]
-            lit = (light.returns[0].strength[i] > 0) & (size > 0) & (before > 0)
-            cosine = np.maximum((area * to_image).sum(axis=-1)[lit], 0) / (size * far)[lit]
-            edge = np.minimum(before[lit] / EDGE, 1)
-            strength[i][lit] = values["outside"] * light.reflectance[i][lit] * cosine / far[lit] ** 2 * edge
-            half_path[i][lit] = (ranges + far)[lit] / 2
-
-        in_parallel(one, range(light.frames))
-        return replace(light, returns=(*light.returns, Return(half_path, strength)))
+        half_path, strength = _by_way_of_plane(
+            light, float(values["outside_azimuth"]), float(values["outside_distance"])
+        )
+        bounced = Return(half_path, (values["outside"] * strength).astype(strength.dtype))
+        return replace(light, returns=(*light.returns, bounced))
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """What bounces between visible surfaces, and what the sensor's face sends back."""
@@ -138,6 +124,31 @@ class Multipath(Effect):
             back = _from_face(rendering.light, rendering.footprints, rendering.clock)
             total = total + values["sensor"] / np.pi**2 * back
         return replace(rendering.arrivals, light=total)
+
+
+# Fits try strengths and change the plane in turn.
+@lru_cache(maxsize=2)
+def _by_way_of_plane(light: Light, azimuth_deg: float, distance_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """Half the path (F, H, W) by way of a plane outside the view, and its strength for a perfect one; to read only."""
+    azimuth = np.radians(azimuth_deg)
+    axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    image = 2 * distance_m * axis  # of the sensor
+    half_path, strength = np.zeros_like(light.range_m), np.zeros_like(light.range_m)
+
+    def one(i: int) -> None:
+        area, ranges = vector_areas(light, i), light.range_m[i].astype(float)
+        point = light.rays * (ranges / np.linalg.norm(light.rays, axis=-1))[..., None]
+        to_image = image - point
+        far, size = np.linalg.norm(to_image, axis=-1), np.linalg.norm(area, axis=-1)
+        before = 1 - point @ axis / distance_m
+        lit = (light.returns[0].strength[i] > 0) & (size > 0) & (before > 0)
+        cosine = np.maximum((area * to_image).sum(axis=-1)[lit], 0) / (size * far)[lit]
+        edge = np.minimum(before[lit] / EDGE, 1)
+        strength[i][lit] = light.reflectance[i][lit] * cosine / far[lit] ** 2 * edge
+        half_path[i][lit] = (ranges + far)[lit] / 2
+
+    in_parallel(one, range(light.frames))
+    return half_path, strength
 
 
 @lru_cache(maxsize=1)
