@@ -6,6 +6,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from calibrate.completed import completed, left_out
 from calibrate.flags import describe, flag_samples
 from calibrate.kernel import Kernel, fit_kernel
 from calibrate.patch_track import PatchTrack, find_patches
@@ -27,7 +28,8 @@ PROVENANCE = ("sensor", "mode", "ranging", "firmware", "temperature_c", "laser_c
 class Calibration:
     """Response maps and how they were found.
 
-    maps: what is saved. track: patch centres per frame. positions: which of them became samples. window: the bins G.
+    maps: what is saved; where a scan left positions of its grid out, completed by predictions, which come last.
+    track: patch centres per frame. positions: which of them became samples. window: the bins G.
     found: responses and errors. kernel: continuous maps, None where there are too few samples.
     """
 
@@ -85,6 +87,9 @@ def calibrate(
     meta = _meta(scan, background is not None, positions, chosen, found, flags)
     meta |= _geometry(scan, patch_depth_m, baseline_m)
     maps = replace(maps, flags=flags.reshape(maps.responses.shape), meta_json=json.dumps(meta))
+    if left_out(plan):
+        maps = completed(maps, plan, positions)
+        kernel = fit_kernel(maps, positions.radius_px)
     return Calibration(maps, track, positions, chosen, found, kernel)
 
 

@@ -22,6 +22,7 @@ class Flag(IntFlag):
     NO_SIGNAL = 8  # not above what noise alone reaches
     BACKGROUND_BRIGHTER = 16  # the capture without patch holds more light: something moved between the scans
     OUTLIER = 32  # departs from what all other samples predict: a damaged histogram, a wrong patch centre
+    PREDICTED = 64  # not measured: the scan did not go there
 
 
 def flag_samples(

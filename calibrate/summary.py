@@ -38,10 +38,11 @@ def summarise(result: Calibration, threshold: float) -> Summary:
     columns = maps.zone_grid[1]
     area = np.zeros(len(found.value)) if result.kernel is None else supports(result.kernel, threshold).area_px2
     xy = np.stack([maps.xs, maps.ys], axis=1).astype(float)
-    total = found.value.sum(axis=1, keepdims=True)
-    middle = np.where(total > 0, centroids(np.where(total > 0, found.value, 1), xy), np.nan)
-    # Being dark far from its footprint is no fault of a sample.
-    suspicious = maps.flags.reshape(found.value.shape) & ~np.uint8(Flag.NO_SIGNAL)
+    values = maps.by_zone.astype(float)
+    total = values.sum(axis=1, keepdims=True)
+    middle = np.where(total > 0, centroids(np.where(total > 0, values, 1), xy), np.nan)
+    # Being dark far from its footprint is no fault of a sample, nor is being predicted.
+    suspicious = maps.flags.reshape(values.shape) & ~np.uint8(Flag.NO_SIGNAL | Flag.PREDICTED)
     zones = []
     for p, value in enumerate(found.value):
         k = int(value.argmax())
@@ -77,7 +78,12 @@ def _sentences(result: Calibration, threshold: float) -> list[str]:
         said.append(
             f"Light that came only with the patch also lies in bins {first} to {last} ({share:.1%} of the peaks)."
         )
-    flagged = {name: n for name, n in describe(maps.flags).items() if name != "no_signal"}
+    if predicted := maps.meta.get("predicted"):
+        said.append(
+            f"{predicted} positions of the grid were not visited; the maps hold there what a model of the sensor's "
+            "optics, fitted to those that were, predicts, with its errors."
+        )
+    flagged = {name: n for name, n in describe(maps.flags).items() if name not in ("no_signal", "predicted")}
     if flagged:
         said.append("Flagged samples: " + ", ".join(f"{n} {name}" for name, n in flagged.items()))
     if dead := [f"{p // maps.zone_grid[1]},{p % maps.zone_grid[1]}" for p in np.flatnonzero(~found_any(result))]:

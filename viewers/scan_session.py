@@ -86,7 +86,7 @@ def _patches(session: rr.RecordingStream, zones: list[str], scan: Recording, res
     frames = positions.frames[:, 0]
     order = np.argsort(frames)
     xy = np.stack([positions.x_px, positions.y_px], axis=1)[order]
-    normalised = maps.normalised[:, order]
+    normalised = maps.normalised[:, order]  # predictions come after what was measured
     brightest = normalised.max(axis=0)
     heat = (255 * np.stack([brightest, 0.3 + 0 * brightest, 1 - brightest], axis=1)).astype(np.uint8)
     indexes = _indexes(scan, frames[order])

@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from calibrate.adaptive import AdaptivePlan
 from calibrate.plan import ScanPlan
 from calibrate.responses import responses
 from calibrate.window import Window, choose_window
@@ -50,8 +51,6 @@ class AdaptiveOrder:
     """
 
     def __init__(self, plan: MotionPlan, survey: Survey, zone_grid: tuple[int, int], prior: ResponseMaps | None = None):
-        from calibrate.adaptive import AdaptivePlan
-
         centres = survey.expected_px(np.arange(plan.size))
         radius = float(survey.target.radius[0])
         self.plan = AdaptivePlan(centres, radius, accuracy=plan.accuracy, zone_grid=zone_grid, prior=prior)

@@ -75,7 +75,8 @@ def draw(picture: Path, recording, result) -> None:
     if result.kernel is None or recording.rgb is None:
         raise Refusal(f"{picture}: an overlay needs camera frames and 10 scan positions; the maps were written")
     maps = result.maps
-    middle = np.hypot(*(np.stack([maps.xs, maps.ys]).T - np.array(maps.image_size) / 2).T).argmin()
+    seen = np.stack([result.positions.x_px, result.positions.y_px], axis=1)
+    middle = np.hypot(*(seen - np.array(maps.image_size) / 2).T).argmin()
     frame = int(result.positions.frames[middle, 0])
     save_overlay(picture, recording.rgb[frame], map_images(result.kernel, maps), maps.zone_grid)
 

@@ -1,4 +1,4 @@
-"""`difflidar demo`: a simulated patch scan, calibrated; a room, fused; a cause concealed in a recording, found."""
+"""`difflidar demo`: a rehearsed patch scan, calibrated; a room, fused; a cause concealed in a recording, found."""
 
 import sys
 from pathlib import Path
@@ -8,7 +8,7 @@ from rich.console import Console
 
 from difflidar.progress import bar
 
-LEAST = 160  # positions, of which a sixteenth still makes a map
+LEAST = 160
 
 
 @click.command()
@@ -16,57 +16,49 @@ LEAST = 160  # positions, of which a sixteenth still makes a map
 @click.option("--grid", default="80x45", show_default=True, metavar="COLUMNSxROWS", help="Positions of the scan.")
 @click.option("--seed", default=0, show_default=True, help="Of everything random.")
 def command(out, grid, seed):
-    """Simulate a scan of a TMF8828, calibrate it, check it, show it; fuse a room; conceal a cause and find it."""
+    """Rehearse a scan of a TMF8828 and calibrate it; fuse a room through its maps; conceal a cause and find it."""
     import numpy as np
 
     from calibrate.calibration import calibrate
-    from calibrate.consistency import cosines
     from calibrate.grid import map_images
     from calibrate.plan import ScanPlan
-    from calibrate.simulated_scan import simulate_scan
-    from calibrate.sparse import sparse_scans
     from calibrate.summary import summarise
     from difflidar.commands.calibrate import draw, show
     from difflidar.demo_concealed import conceal, find
     from difflidar.demo_fused import fuse_room
-    from recordings.files import load, save
+    from difflidar.demo_rehearsed import against_truth, scan_rehearsed
+    from difflidar.scan_progress import ScanProgress
+    from recordings.files import load
     from recordings.maps_file import save_maps
     from recordings.refusal import Refusal
-    from viewers.curves import save_sparse_curve
     from viewers.scan_session import save_scan_session
 
     plan = ScanPlan.parse(grid)
     if plan.count < LEAST:
-        raise Refusal(
-            f"grid: {grid} has {plan.count} positions, expected {LEAST} or more to compare shorter scans with"
-        )
+        raise Refusal(f"grid: {grid} has {plan.count} positions, expected {LEAST} or more for an adaptive scan")
     out.mkdir(parents=True, exist_ok=True)
     say = Console().print
-    simulated = simulate_scan(plan, rng=np.random.default_rng(seed))
-    save(simulated.patch, out / "scan.rrd", progress=bar)
-    save(simulated.background, out / "background.rrd", progress=bar)
-
-    scan, background = load(out / "scan.rrd"), load(out / "background.rrd")
+    with ScanProgress() as shown:
+        written, tally = scan_rehearsed(out, grid, seed, shown.tell, shown.saw)
+    scan, background = load(written["patch"]), load(written["background"])
+    say(
+        f"An arm that is not there moved a patch before a sensor and a camera that are not there: {len(scan.counts)} "
+        f"of {plan.count} positions were enough, in {tally['whole_s']:.0f} s.",
+        highlight=False,
+        soft_wrap=True,
+    )
     result = calibrate(scan, background, progress=bar)
     save_maps(result.maps, out / "maps.npz")
     show(result, 0.1, out / "maps.npz")
-
-    cells = np.searchsorted(plan.frames[:, 0], result.positions.frames[:, 0])
-    truth = simulated.truth
-    off = np.hypot(*(np.stack([result.maps.xs, result.maps.ys], axis=1) - truth.centres_px[cells]).T)
-    agree = cosines(result.maps.by_zone.astype(float), truth.blurred[:, cells])
+    off, agree = against_truth(result, grid, seed)
     say(
-        f"Held against the truth of the simulation: patch centres within {np.median(off):.2f} px (median) and "
-        f"{np.quantile(off, 0.99):.2f} px (99 %), maps with cosine {agree.min():.4f} or more.",
+        f"Held against the truth of the rehearsal: patch centres within {np.median(off):.2f} px (median) and "
+        f"{np.quantile(off, 0.99):.2f} px (99 %), maps over all {plan.count} positions with cosine {agree.min():.4f} "
+        "or more.",
         highlight=False,
         soft_wrap=True,
     )
     draw(out / "overlay.png", scan, result)
-    total = len(result.maps.xs)
-    shorter = sparse_scans(
-        result.maps, result.positions.radius_px, tuple(total // n for n in (2, 4, 8, 16)), progress=bar
-    )
-    save_sparse_curve(out / "sparse.png", shorter)
     images = map_images(result.kernel, result.maps)
     save_scan_session(out / "session.rrd", scan, result, images, summarise(result, 0.1).sentences, bar)
     rms, held = fuse_room(out / "maps.npz", out, np.random.default_rng([seed, 2]), bar)
@@ -86,7 +78,7 @@ def command(out, grid, seed):
     )
     viewer = Path(sys.executable).with_name("rerun")
     say(
-        f"\nIn {out}: overlay.png, sparse.png, maps.npz, scan.rrd, background.rrd, seen.rrd, fused, and two sessions "
+        f"\nIn {out}: overlay.png, maps.npz, scan.rrd, scan-background.rrd, seen.rrd, fused, and two sessions "
         f"to look through:\n  {viewer} {out / 'session.rrd'}\n  {viewer} {out / 'fused.rrd'}",
         highlight=False,
         soft_wrap=True,

@@ -40,6 +40,8 @@ def command(folder, grid, order, passes, ranging, speed, host, seed, lose, garbl
     for name, share in (("lose", lose), ("garble", garble)):
         if not 0 <= share < 1:
             raise Refusal(f"--{name}: {share} found, expected a share from 0 to below 1")
+    if not speed > 0:
+        raise Refusal(f"--speed: {speed} found, expected a number above 0")
     try:
         local = ipaddress.ip_address(host).is_loopback
     except ValueError:
