@@ -15,7 +15,7 @@ from devices.scan.motion_plan import MotionPlan
 from devices.scan.order import AdaptiveOrder, GridOrder, Order
 from devices.scan.sample import keep, sample_of
 from devices.scan.station import Station
-from devices.scan.survey import Survey, survey
+from devices.scan.survey import MOST_TILT_DEG, Survey, survey
 from devices.scan.visit import Seen, Visit
 from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
@@ -88,6 +88,13 @@ class Scan:
         self._tell("looking at positions spread over the grid, to learn where the patch is in the image")
         self._holder.show(True)
         found = survey(self._plan, lambda cell: self._look(cell))
+        lens = self._station.camera.device.said.get("intrinsics")
+        tilt = found.tilt_deg(lens["fx"]) if lens else 0.0
+        if tilt > MOST_TILT_DEG:
+            self._tell(
+                f"the patch's plane is turned by about {tilt:.0f} degrees against the camera's image; a calibration "
+                "takes them to be parallel: teach the corners anew"
+            )
         self._journal.say("survey", found.to_json())
         return found
 

@@ -165,6 +165,7 @@ def test_help_names_every_command(capsys):
         "mount",
         "move",
         "rays",
+        "record",
         "rehearse",
         "repair",
         "scan",
