@@ -1,15 +1,9 @@
-"""Where a session goes: into files of bounded size, or to a viewer that runs or is started."""
+"""Where a session goes: into files of bounded size, or to a viewer."""
 
 import os
-import shutil
-import socket
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import rerun as rr
 
@@ -20,14 +14,13 @@ from recordings.rrd.sink import RrdSink
 from viewers.fusion_blueprint import fusion_blueprint
 from viewers.live_view import PICTURES_HZ, POINTS, LiveView
 from viewers.session_frame import SessionFrame, SessionRig
+from viewers.viewer import shown_in_viewer
 
 # Not that of recordings and scans: the viewer keeps a layout for each.
 APPLICATION = "difflidar view"
+INSTEAD = "--save FILE.rrd writes it to a file instead"
 PART_BYTES = 256 << 20
 FLUSH_FRAMES = 32
-ADDRESS = "rerun+http://127.0.0.1:9876/proxy"
-PATIENCE_S, START_S, POLL_S = 2.0, 20.0, 0.1
-VIEWER_MEMORY = "25%"
 
 
 @contextmanager
@@ -93,48 +86,6 @@ def live_session(rig: SessionRig, address: str | None = None, pictures_hz: float
 
     Refused in a sentence where there is no viewer at the address, or no display to start one on.
     """
-    wanted = ADDRESS if address is None else address
-    if not _listens(wanted):
-        if address is not None:
-            raise Refusal(f"{address}: no viewer answers there, expected one that runs, such as {ADDRESS}")
-        if not has_display():
-            raise Refusal("there is no display to show the session on; --save FILE.rrd writes it to a file instead")
-        _start_viewer(wanted)
-    recording = rr.RecordingStream(APPLICATION)
-    recording.connect_grpc(wanted, default_blueprint=fusion_blueprint(rig))
+    recording = shown_in_viewer(APPLICATION, fusion_blueprint(rig), address, INSTEAD)
     recording.send_recording_name(rig.title)
     return LiveView(rig, recording, pictures_hz)
-
-
-def _start_viewer(address: str) -> None:
-    """Start the viewer, which outlives this process, and wait until it listens."""
-    # Beside the interpreter, too: a virtual environment need not be active.
-    beside = Path(sys.executable).with_name("rerun")
-    program = str(beside) if beside.exists() else shutil.which("rerun")
-    if program is None:
-        raise Refusal("the viewer `rerun` is not installed; --save FILE.rrd writes the session to a file instead")
-    options = ["--port", str(urlsplit(address).port), "--memory-limit", VIEWER_MEMORY, "--hide-welcome-screen"]
-    silent = subprocess.DEVNULL
-    viewer = subprocess.Popen([program, *options], stdin=silent, stdout=silent, stderr=silent, start_new_session=True)
-    for _ in range(int(START_S / POLL_S)):
-        if _listens(address):
-            return
-        if viewer.poll() is not None:
-            break
-        time.sleep(POLL_S)
-    raise Refusal("the viewer cannot be started on this display; --save FILE.rrd writes the session to a file instead")
-
-
-def has_display() -> bool:
-    """Whether a window can be opened here."""
-    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
-
-
-def _listens(address: str) -> bool:
-    """Whether anybody answers at an address such as `ADDRESS`."""
-    try:
-        place = urlsplit(address)
-        with socket.create_connection((place.hostname or "", place.port or 9876), PATIENCE_S):
-            return bool(place.hostname)
-    except (OSError, ValueError):
-        return False

@@ -6,9 +6,8 @@ from rerun import blueprint as rrb
 
 from viewers.overlay import zone_colours
 
-PICTURES_EVERY = 5
 JPEG_QUALITY = 80
-RADIUS_PX = 4.0
+RADIUS_PX = 5.0
 # Of the brightest so far: what is fainter is not drawn.
 FAINT = 0.03
 
@@ -16,10 +15,12 @@ FAINT = 0.03
 class LiveScan:
     """Logs a scan position by position to a rerun recording; memory does not grow here.
 
-    zone_grid: rows and columns of zones.
+    zone_grid: rows and columns of zones. image_size: of the camera's pictures, width and height.
     """
 
-    def __init__(self, recording: rr.RecordingStream, zone_grid: tuple[int, int]) -> None:
+    def __init__(
+        self, recording: rr.RecordingStream, zone_grid: tuple[int, int], image_size: tuple[int, int] = (848, 480)
+    ) -> None:
         self._recording, self._grid = recording, zone_grid
         rows, columns = zone_grid
         self._zones = [f"{r}_{c}" for r in range(rows) for c in range(columns)]
@@ -27,7 +28,9 @@ class LiveScan:
         self._brightest = np.ones(len(self._zones))
         self._floor: np.ndarray | None = None
         self._count = 0
-        recording.send_blueprint(live_scan_blueprint(zone_grid))
+        # The maps fill the image, whatever is seen of them so far.
+        frame = rr.Boxes2D(mins=[[0, 0]], sizes=[image_size], colors=[[90, 90, 90]])
+        recording.log("maps/image", frame, static=True)
 
     def push(self, counts: np.ndarray, rgb: np.ndarray | None, patch_px: tuple[float, float, float] | None, label: str):
         """Show a position.
@@ -39,7 +42,7 @@ class LiveScan:
         log = self._recording.log
         for zone, histogram, colour in zip(self._zones, counts, self._colours, strict=True):
             log(f"lidar/zone/{zone}", rr.BarChart(histogram, color=colour))
-        if rgb is not None and self._count % PICTURES_EVERY == 0:
+        if rgb is not None:
             log("camera/rgb", rr.Image(np.ascontiguousarray(rgb)).compress(jpeg_quality=JPEG_QUALITY))
         if patch_px is not None and label == "patch":
             x, y, radius = patch_px

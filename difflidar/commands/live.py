@@ -5,7 +5,6 @@ import time
 from collections import deque
 from contextlib import ExitStack, closing
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 
 import click
@@ -58,9 +57,12 @@ def command(rig_path, maps_path, sensor_name, method, address, out, most):
         pictures = stack.enter_context(Pictures(camera))
         passing = live_stream(rig, lidar, said, pictures)
         first = next(passing.frames)
-        passing = replace(passing, frames=chain([first], passing.frames))
         tools = instruments(passing.static, first, maps, sensor, method)
         about = f"{rig.name}, live, fused by the method *{method}*."
+        # What is compiled at its first use is compiled before the stream begins, or it would run behind for seconds.
+        passing.frames.close()
+        next(session_of(replace(passing, frames=iter([first])), rig.name, about, tools)[1])
+        passing = live_stream(rig, lidar, said, pictures)
         shown, frames, _ = session_of(passing, rig.name, about, tools)
         shown = replace(shown, has_latency=True, start_s=None)
         if out is None:

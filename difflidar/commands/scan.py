@@ -57,21 +57,13 @@ def command(plan, rig_path, out, resume, prior, live, address):
 
 def viewer(rig, address: str | None):
     """A live view of the scan, in a viewer that runs at `address` or in a new one."""
-    import rerun as rr
-
     from calibrate.rig import MODES
-    from recordings.refusal import Refusal
-    from viewers.live_scan import LiveScan
+    from viewers.live_scan import LiveScan, live_scan_blueprint
+    from viewers.viewer import shown_in_viewer
 
-    session = rr.RecordingStream("difflidar")
-    if address is None:
-        session.spawn()
-    else:
-        try:
-            session.connect_grpc(address)
-        except (ValueError, RuntimeError) as wrong:
-            raise Refusal(f"--connect: {address}: {wrong}") from None
-    return LiveScan(session, MODES[rig.lidar.mode])
+    grid = MODES[rig.lidar.mode]
+    session = shown_in_viewer("difflidar scan", live_scan_blueprint(grid), address, "leave --live out")
+    return LiveScan(session, grid, rig.camera.size)
 
 
 def say(written: dict[str, Path], tally: dict) -> None:

@@ -8,7 +8,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from recordings.refusal import Refusal
-from viewers import fusion_session
+from viewers import viewer
 from viewers.fusion_session import live_session, part_path, saved_session
 
 from .fusion_frames import BINS, ZONES, frame, rig
@@ -174,7 +174,7 @@ def test_without_display_or_viewer_a_sentence_says_what_to_do(monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(fusion_session, "ADDRESS", "rerun+http://127.0.0.1:1/proxy")
+    monkeypatch.setattr(viewer, "ADDRESS", "rerun+http://127.0.0.1:1/proxy")
     with pytest.raises(Refusal, match=r"no display .* --save FILE\.rrd"):
         live_session(rig())
     with pytest.raises(Refusal, match="no viewer answers"):
@@ -185,8 +185,8 @@ def test_without_display_or_viewer_a_sentence_says_what_to_do(monkeypatch):
 
 @pytest.mark.parametrize("program", [None, "#!/bin/sh\nexit 1\n"])
 def test_a_viewer_that_does_not_start_is_said(monkeypatch, tmp_path, program):
-    monkeypatch.setattr(fusion_session, "ADDRESS", "rerun+http://127.0.0.1:1/proxy")
-    monkeypatch.setattr(fusion_session, "has_display", lambda: True)
+    monkeypatch.setattr(viewer, "ADDRESS", "rerun+http://127.0.0.1:1/proxy")
+    monkeypatch.setattr(viewer, "has_display", lambda: True)
     monkeypatch.setattr(sys, "executable", str(tmp_path / "python"))
     monkeypatch.setenv("PATH", str(tmp_path / "none"))
     if program is not None:
