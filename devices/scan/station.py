@@ -88,9 +88,10 @@ class Station:
                 seen.append((self.lidar.use(lambda lidar: lidar.measure()), picture and picture.result()))
             else:
                 self.lidar.use(lambda lidar: lidar.integrate())
+                reading = self._lidar_side.submit(self._read)
                 last = picture and picture.result()
         self.tally.measuring_s += time.monotonic() - began
-        return Look(seen, last, self._lidar_side.submit(self._read))
+        return Look(seen, last, reading)
 
     def _read(self) -> Measurement | None:
         """The measurement that was taken; a sensor that was lost meanwhile has lost that, too."""
