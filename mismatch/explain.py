@@ -8,11 +8,12 @@ from threadpoolctl import threadpool_limits
 
 from mismatch.blocks import halves
 from mismatch.economy import economical
-from mismatch.fit import Fit, fit, fit_nominal, on_others
+from mismatch.fit import Fit, expected_at, fit, fit_nominal, on_others
 from mismatch.form import all_forms
 from mismatch.leftover import what_is_left
 from mismatch.located import locate_effects
 from mismatch.naming import contested, name_effects, next_measurement
+from mismatch.noise import frame_gain_sigma
 from mismatch.poisson import expected_deviance
 from mismatch.selection import MINOR, MINOR_PART, Round, select
 from mismatch.simulation import Simulation
@@ -59,8 +60,10 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
     rounds = select(train, test, forms)
     judged, contests = contested(train, test, rounds[-1].before, rounds)
-    nominal = fit_nominal(simulation, judged.frame_gain_sigma)
-    explained = fit(simulation, judged.forms, judged.x, judged.frame_gain_sigma) if judged.forms else nominal
+    # All frames tell better than those that chose how much the gain fluctuates; what is left is judged by that.
+    sigma = frame_gain_sigma(simulation, expected_at(simulation, judged.forms, judged.x))
+    nominal = fit_nominal(simulation, sigma)
+    explained = fit(simulation, judged.forms, judged.x, sigma) if judged.forms else nominal
     tried = max(one.tried for one in rounds)
     effects = name_effects(train, test, judged, contests, explained, tried)
     left = what_is_left(simulation, explained)

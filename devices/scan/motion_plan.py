@@ -33,7 +33,8 @@ class MotionPlan:
     passes: "separate" scans all positions with the patch, then the same without; "interleaved" changes after every
     `block` positions; "patch only" leaves the background out.
     monitor_every: positions after which the middle of the grid is seen again, to watch for drift; 0 for never.
-    speed_m_s, acceleration_m_s2: of the tool. settle_s: rest before a measurement begins.
+    speed_m_s, acceleration_m_s2: of the tool. settle_s: rest before a measurement begins, after the
+    arm was read back at rest; more where its stand is soft.
     """
 
     columns: int = 80
@@ -49,7 +50,7 @@ class MotionPlan:
     monitor_every: int = 200
     speed_m_s: float = 0.25
     acceleration_m_s2: float = 0.5
-    settle_s: float = 0.1
+    settle_s: float = 0.02
 
     @property
     def size(self) -> int:

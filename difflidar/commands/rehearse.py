@@ -64,7 +64,7 @@ def command(folder, grid, order, passes, ranging, speed, host, seed, lose, garbl
         order=order,
         passes=passes,
         repeats=size.repeats,
-        settle_s=0.1 / speed,
+        settle_s=0.02 / speed,
     )
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with rehearsal:
