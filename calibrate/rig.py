@@ -1,6 +1,7 @@
 """The rig, one file: where sensor, camera and patch are, and how to reach the devices."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -92,15 +93,20 @@ class Rig:
     @property
     def lidar_from_camera(self) -> np.ndarray:
         """(4, 4) rigid transform."""
-        rotation = Rotation.from_euler("xyz", self.lidar_rotation_deg, degrees=True).as_matrix().T
-        transform = np.eye(4)
-        transform[:3, :3] = rotation
-        transform[:3, 3] = -rotation @ self.lidar_position_m
-        return transform
+        return mounted(self.lidar_position_m, self.lidar_rotation_deg)
 
     def text(self) -> str:
         """The file of this rig."""
         return json.dumps(asdict(self), indent=2) + "\n"
+
+
+def mounted(position_m: Sequence[float], rotation_deg: Sequence[float]) -> np.ndarray:
+    """(4, 4) LiDAR from camera, of a LiDAR at this position in the camera's frame, turned about its x, y and z."""
+    rotation = Rotation.from_euler("xyz", rotation_deg, degrees=True).as_matrix().T
+    transform = np.eye(4)
+    transform[:3, :3] = rotation
+    transform[:3, 3] = -rotation @ position_m
+    return transform
 
 
 def load_rig(path: str | Path) -> Rig:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calibrate.plan import ScanPlan
+from calibrate.rig import mounted
 from recordings.refusal import Refusal
 
 
@@ -60,11 +61,7 @@ class Bench:
     @property
     def lidar_from_camera(self) -> np.ndarray:
         """(4, 4) rigid transform."""
-        rotation = Rotation.from_euler("xyz", self.lidar_rotation_deg, degrees=True).as_matrix().T
-        transform = np.eye(4)
-        transform[:3, :3] = rotation
-        transform[:3, 3] = -rotation @ self.lidar_position_m
-        return transform
+        return mounted(self.lidar_position_m, self.lidar_rotation_deg)
 
     def to_lidar(self, points_m: np.ndarray) -> np.ndarray:
         """Points (..., 3) of the camera's frame in the LiDAR's."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from recordings.head import head
 from recordings.importers.capture.meta_json import described
 from recordings.importers.capture.metadata import BIN_WIDTH_S, TIME_ZERO_BINS, pinhole, range_mode
 from recordings.importers.capture.survey import Survey, surveyed
@@ -23,12 +24,8 @@ METRES_PER_DEPTH_UNIT = np.float32(1e-3)
 
 def reads(path: Path) -> bool:
     """Whether the file starts as a binary pickle does."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(2)
-    except OSError:
-        return False
-    return len(head) == 2 and head[0] == 0x80 and head[1] in PICKLE_PROTOCOLS
+    began = head(path, 2)
+    return len(began) == 2 and began[0] == 0x80 and began[1] in PICKLE_PROTOCOLS
 
 
 def stream(path: Path) -> Stream:

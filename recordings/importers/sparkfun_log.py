@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from recordings.head import head
 from recordings.importers.tmf882x.layout import LAYOUTS
 from recordings.importers.tmf882x.lines import BINS, CHANNELS
 from recordings.importers.tmf882x.survey import numbered_lines
@@ -22,7 +23,6 @@ from recordings.importers.tmf882x.timing import BIN_WIDTH_S, time_zero_s
 from recordings.refusal import Refusal
 from recordings.stream import Stream
 
-SNIFFED_BYTES = 1 << 16
 COUNT = rb"(?:0|[1-9]\d{0,9})"
 CHANNEL = re.compile(rb"#HLONG(\d)(%b(?:,%b){%d})" % (COUNT, COUNT, BINS - 1))
 HEADER = re.compile(rb"Histogram Number: ([1-9]\d{0,9})")
@@ -41,12 +41,7 @@ class Log:
 
 def reads(path: Path) -> bool:
     """Whether a line among the first begins as a channel of the example does."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(SNIFFED_BYTES)
-    except OSError:
-        return False
-    return any(re.match(rb"#HLONG\d\d", line) for line in head.split(b"\n"))
+    return any(re.match(rb"#HLONG\d\d", line) for line in head(path).split(b"\n"))
 
 
 def stream(path: Path) -> Stream:

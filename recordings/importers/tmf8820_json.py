@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.constants import speed_of_light
 
+from recordings.head import head
 from recordings.importers.tmf8820.frames import Tmf8820Frames, read_frames
 from recordings.importers.tmf8820.geometry import mesh_beside, read_mesh, seen
 from recordings.importers.tmf8820.ticks import tick_times_s
@@ -22,7 +23,6 @@ from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
 from recordings.stream import Stream
 
-SNIFFED_BYTES = 1 << 16
 # Robot-calibrated fit of the RA-L 2023 paper's code, where light from d metres falls into the bin that holds
 # 73.484 d + 13.2521, rounded down: so it counts from the start of bin 0.
 BINS_PER_METRE = 73.484
@@ -32,12 +32,8 @@ BIN_WIDTH_S = 2 / (speed_of_light * BINS_PER_METRE)
 
 def reads(path: Path) -> bool:
     """Whether the file starts as a JSON list of frames with histograms does."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(SNIFFED_BYTES)
-    except OSError:
-        return False
-    return head.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"[" and b'"hists"' in head
+    began = head(path)
+    return began.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"[" and b'"hists"' in began
 
 
 def stream(path: Path, mesh: Path | None = None, zones_path: Path | None = None) -> Stream:

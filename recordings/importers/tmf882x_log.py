@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from recordings.head import head
 from recordings.importers.tmf882x.assemble import Assembled, Assembler
 from recordings.importers.tmf882x.layout import LAYOUTS
 from recordings.importers.tmf882x.survey import Survey, numbered_lines, surveyed
@@ -19,18 +20,12 @@ from recordings.importers.tmf882x.timing import BIN_WIDTH_S, time_zero_s
 from recordings.refusal import Refusal
 from recordings.stream import Stream
 
-SNIFFED_BYTES = 1 << 16
 DATA = (b"#Raw,", b"#Obj,", b"#Cal,", b"#Prt,")
 
 
 def reads(path: Path) -> bool:
     """Whether a line among the first begins as data of the sensor do."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(SNIFFED_BYTES)
-    except OSError:
-        return False
-    return any(line.startswith(DATA) for line in head.split(b"\n"))
+    return any(line.startswith(DATA) for line in head(path).split(b"\n"))
 
 
 def stream(path: Path) -> Stream:

@@ -12,22 +12,18 @@ from typing import Any
 
 import numpy as np
 
+from recordings.head import head
 from recordings.importers.vl53l8ch.frames import BEGIN, NUMBERS, Lost, Vl53Frame, read_frames
 from recordings.refusal import Refusal
 from recordings.stream import Stream
 
-SNIFFED_BYTES = 1 << 16
 # Nominal.
 BIN_WIDTH_S = 250e-12
 
 
 def reads(path: Path) -> bool:
     """Whether, among the first lines, a `D` stands before a row of whole numbers that begins with 0."""
-    try:
-        with path.open("rb") as file:
-            lines = [line.rstrip(b"\r") for line in file.read(SNIFFED_BYTES).split(b"\n")]
-    except OSError:
-        return False
+    lines = [line.rstrip(b"\r") for line in head(path).split(b"\n")]
     after = itertools.pairwise(lines)
     return any(one == BEGIN and two.startswith(b"0 ") and NUMBERS.fullmatch(two) is not None for one, two in after)
 
