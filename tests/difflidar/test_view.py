@@ -138,7 +138,7 @@ def test_what_cannot_be_shown_is_refused_in_a_sentence(folder, tmp_path, capsys,
 def test_without_a_display_save_is_named(folder, capsys, monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("viewers.fusion_session.ADDRESS", "rerun+http://127.0.0.1:1/proxy")
+    monkeypatch.setattr("viewers.viewer.ADDRESS", "rerun+http://127.0.0.1:1/proxy")
     monkeypatch.setattr("sys.platform", "linux")
     assert run("view", folder / "wall.npz") == 2
     assert "--save FILE.rrd" in capsys.readouterr().err
