@@ -86,6 +86,11 @@ class Rehearsal:
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
+    @property
+    def failure(self) -> Exception | None:
+        """What ended the emulated sensor, where something did that nobody asked for."""
+        return self.terminal.failure
+
     def _start(self) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         # Small products in many threads cost more in waiting than they take.

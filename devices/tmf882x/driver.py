@@ -101,8 +101,10 @@ class Tmf882x(FactoryCalibration):
 
     def close(self) -> None:
         """Stop measuring and let go of the device."""
-        self._stop()
-        self._attached.close()
+        try:
+            self._stop()
+        finally:
+            self._attached.close()
 
     def _measure(self, called_s: float) -> Measurement:
         link = self._attached.link

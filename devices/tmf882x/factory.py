@@ -1,5 +1,6 @@
 """The sensor's factory calibration: run, kept, and loaded again."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from devices.captures import DeviceLost
@@ -16,6 +17,7 @@ class FactoryCalibration:
 
     _attached: Attached
     _running: Connection | None
+    _stop: Callable[[], None]
 
     def calibrate_factory(self, path: str | Path | None = None) -> list[CalibrationPage]:
         """Run the sensor's factory calibration, and save its pages to `path` if there is one.
@@ -38,10 +40,6 @@ class FactoryCalibration:
         if "Set fact cal" not in ask(link.reader, "r", state="stopped").lines:
             raise DeviceLost("the LiDAR did not load the factory calibration that its firmware was compiled with")
         return self._attached.calibrated(read_pages(link.reader))
-
-    def _stop(self) -> None:
-        """At rest, if it is still there."""
-        raise NotImplementedError
 
     def _commanded(self) -> Connection:
         """A connection to firmware that takes commands, at rest."""

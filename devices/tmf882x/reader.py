@@ -14,6 +14,8 @@ from recordings.importers.tmf882x.lines import PREFIXES
 # Longer than any line: a result of 78 fields has 500 characters at most, a histogram 530.
 LONGEST_LINE = 4096
 MOST_FRAMES = 64
+# How a port goes away: pyserial's own errors are OSError, but for a port just closed. All else is a mistake of ours.
+GONE = (OSError, EOFError, TypeError)
 MOST_TEXTS = 1024
 # What text and data are made of.
 READABLE = bytes([9, 10, 13, *range(32, 127)])
@@ -62,7 +64,7 @@ class Reader:
         """Send; raises `DeviceLost`."""
         try:
             self._port.write(data)
-        except (OSError, TypeError) as failure:  # pyserial's own errors are OSError, but for a port just closed.
+        except GONE as failure:
             raise DeviceLost(f"{self._port.name} went away: {failure}") from failure
 
     def forget_texts(self) -> None:
@@ -124,8 +126,10 @@ class Reader:
     def _wait(self, ready: Callable[[], object], until: float) -> None:
         """Until it is ready, or the time has come; the lock is held."""
         while not ready() and (left := until - time.monotonic()) > 0:
-            if self._failure is not None:
+            if isinstance(self._failure, GONE):
                 raise DeviceLost(f"{self._port.name} went away: {self._failure}")
+            if self._failure is not None:
+                raise self._failure
             self._news.wait(left)
 
     def _read(self) -> None:
@@ -143,7 +147,7 @@ class Reader:
                 if lines:
                     self._take(lines, rest_s, now)
                     rest_s = now
-        except Exception as failure:
+        except Exception as failure:  # whoever waits for lines must hear of it; this thread has nobody to tell
             self._failure = failure
         with self._news:
             self._failure = self._failure or EOFError("it was closed")

@@ -1,9 +1,12 @@
 """`difflidar rehearse`: a rig that is not there, for the real drivers to work with."""
 
 import sys
+import time
 from pathlib import Path
 
 import click
+
+LOOK_S = 0.2
 
 
 @click.command()
@@ -75,6 +78,8 @@ def command(folder, grid, order, passes, ranging, speed, host, seed, lose, garbl
             "Interrupt this (Ctrl-C) to end."
         )
         try:
-            signal.pause()
+            while rehearsal.failure is None:
+                time.sleep(LOOK_S)
+            raise rehearsal.failure
         except KeyboardInterrupt:
             click.echo("over")

@@ -10,6 +10,7 @@ import pytest
 from calibrate.rig import load_rig
 from devices.rehearsal.rehearsal import Rehearsal
 from difflidar.cli import main
+from difflidar.demo_rehearsed import free_host
 from recordings.files import load
 from recordings.maps import ResponseMaps
 from recordings.maps_file import save_maps
@@ -21,7 +22,7 @@ def rig(tmp_path_factory):
     """Folder with rig.json and plan.json of devices that are served."""
     folder = tmp_path_factory.mktemp("rig")
     rng = np.random.default_rng(0)
-    with Rehearsal(folder, 5, 4, rng=rng, speed=1.0, host="127.0.7.2", settle_s=0.0):
+    with Rehearsal(folder, 5, 4, rng=rng, speed=1.0, host=free_host(), settle_s=0.0):
         yield folder
 
 

@@ -106,7 +106,7 @@ class Terminal:
         try:
             while not self._closing:
                 self._once()
-        except Exception as failure:
+        except Exception as failure:  # of the firmware or its source: kept for whoever made it, the port goes away
             self.failure = failure
         finally:
             self._pull(NEVER)

@@ -14,6 +14,7 @@ from devices.rehearsal.control import Control, order
 from devices.rehearsal.rehearsal import KILO, Rehearsal, Trouble
 from devices.scan.conduct import begun, conduct
 from devices.scan.motion_plan import load_plan
+from devices.tmf882x.driver import open_tmf882x
 from recordings.files import load
 from recordings.refusal import Refusal
 
@@ -114,3 +115,20 @@ def test_orders_are_obeyed_one_by_one_and_bad_ones_are_answered(tmp_path):
 def test_a_speed_that_is_none_is_refused(tmp_path):
     with pytest.raises(Refusal, match="speed is 0, expected a number above 0"):
         Rehearsal(tmp_path, rng=np.random.default_rng(0), speed=0)
+
+
+def test_a_mistake_in_the_scene_is_not_taken_for_a_pulled_cable(tmp_path):
+    class Wrong(Exception):
+        pass
+
+    def broken(pose, kilo):
+        raise Wrong("of the scene")
+
+    with Rehearsal(tmp_path, 5, 4, rng=np.random.default_rng(0), speed=200, host="127.0.7.3") as rehearsal:
+        assert rehearsal.failure is None
+        rehearsal.scene.counts = broken
+        lidar = open_tmf882x(rehearsal.rig.lidar)
+        with pytest.raises(DeviceLost):
+            lidar.measure()
+        lidar.close()
+        assert isinstance(rehearsal.failure, Wrong)

@@ -305,3 +305,23 @@ def test_a_sensor_that_stays_in_the_other_range_is_refused(port):
     port.plug(Stuck(None, np.random.default_rng(0)))
     with pytest.raises(Refusal, match=r"lidar.ranging is 'long', but this sensor stays in short range"):
         open_tmf882x(port.setup())
+
+
+def test_a_mistake_of_ours_is_not_taken_for_a_lost_sensor(port, monkeypatch):
+    class Wrong(Exception):
+        pass
+
+    def broken(self, line, host_s):
+        raise Wrong("in the assembler")
+
+    port.plug()
+    lidar = open_tmf882x(port.setup())
+    monkeypatch.setattr("recordings.importers.tmf882x.assemble.Assembler.push", broken)
+    with pytest.raises(Wrong):
+        lidar.measure()
+    with pytest.raises(Wrong):
+        lidar.close()
+    monkeypatch.undo()
+    # The port was let go of all the same.
+    with open_tmf882x(port.setup()) as lidar:
+        assert lidar.measure().counts.shape == (9, 128)
