@@ -12,6 +12,7 @@ from mismatch.fit import Fit, expected_at, fit, fit_nominal, on_others
 from mismatch.form import all_forms
 from mismatch.leftover import what_is_left
 from mismatch.located import locate_effects
+from mismatch.looks import blur
 from mismatch.naming import contested, name_effects, next_measurement
 from mismatch.noise import frame_gain_sigma
 from mismatch.poisson import expected_deviance
@@ -68,7 +69,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     effects = name_effects(train, test, judged, contests, explained, tried)
     left = what_is_left(simulation, explained)
     first = fit_nominal(train, judged.frame_gain_sigma)
-    remains = sum(place.gain for place in left) * len(held) / frames
+    uncertain = blur(simulation, explained.gain, explained.settings)
+    remains = max(sum(place.gain for place in left) - uncertain, 0.0) * len(held) / frames
     won = on_others(test, first)[1] - on_others(test, judged)[1]
     missing = remains + len(judged.x) - 1
     kind = "explained" if judged.forms else "agrees"

@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from mismatch.errors import covariance
-from mismatch.form import Form, bounds
+from mismatch.form import Form, bounds, settings_at
+from mismatch.looks import deviance_at, equations
 from mismatch.noise import FrameGains
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
@@ -28,8 +29,8 @@ class Fit:
     """A model at its best.
 
     gain: counts per unit of light. forms: what was fitted beside it. x: (N,) coordinates, log gain first.
-    expected: (F, P, T). deviance: with the frames' own gains at their best, and what those cost. columns: (F·P·T, N)
-    derivatives of expected counts by x. frame_gain_sigma: relative, of frames' gains. simulation: what was fitted.
+    expected: (F, P, T). deviance: with the frames' own gains at their best, and what those cost. frame_gain_sigma:
+    relative, of frames' gains. simulation: what was fitted.
     """
 
     gain: float
@@ -37,7 +38,6 @@ class Fit:
     x: np.ndarray
     expected: np.ndarray
     deviance: float
-    columns: np.ndarray
     frame_gain_sigma: float
     simulation: Simulation
 
@@ -47,29 +47,24 @@ class Fit:
         return settings_at(self.forms, self.x)
 
     @cached_property
+    def columns(self) -> np.ndarray:
+        """(F·P·T, N) derivatives of expected counts by x; made when they are asked for, as they take renderings."""
+        return derivatives(self.simulation, self.forms, self.x, self.expected)
+
+    @cached_property
     def covariance(self) -> np.ndarray:
         """(N, N) of x; made when it is asked for, as it takes renderings."""
 
         def rise(x: np.ndarray, held: int | None) -> float:
             if held is None:
-                reached = gains.deviance(expected_at(self.simulation, self.forms, x))
+                reached = deviance_at(gains, self.forms, x, expected_at(self.simulation, self.forms, x))
             else:
                 *_, reached = _best(self.simulation, self.forms, x, self.frame_gain_sigma, PROFILE_STEPS, held)
             return reached - self.deviance
 
         gains = FrameGains(self.simulation, self.frame_gain_sigma)
-        _, information = gains.normal_equations(self.expected, self.columns)
+        _, information = equations(gains, self.forms, self.x, self.expected, self.columns)
         return covariance(self.forms, self.x, information, rise)
-
-
-def settings_at(forms: tuple[Form, ...], x: np.ndarray) -> tuple[Setting, ...]:
-    """Effects at coordinates, log gain first."""
-    found, at = [], 1
-    for form in forms:
-        count = len(form.coordinates)
-        found.append(form.setting(x[at : at + count]))
-        at += count
-    return tuple(found)
 
 
 def expected_at(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray) -> np.ndarray:
@@ -127,8 +122,7 @@ def fit(
 ) -> Fit:
     """The best of a model, from x on: Fisher scoring with Levenberg's damping, within bounds."""
     x, here, value = _best(simulation, forms, x, sigma, most_steps)
-    columns = derivatives(simulation, forms, x, here)
-    return Fit(float(np.exp(x[0])), forms, x, here, value, columns, sigma, simulation)
+    return Fit(float(np.exp(x[0])), forms, x, here, value, sigma, simulation)
 
 
 def _best(
@@ -146,11 +140,11 @@ def _best(
         low[held] = high[held] = x[held]
     here = expected_at(simulation, forms, x)
     gains = FrameGains(simulation, sigma)
-    value = gains.deviance(here)
+    value = deviance_at(gains, forms, x, here)
     damping = 1e-3
     for _ in range(most_steps):
         columns = derivatives(simulation, forms, x, here)
-        gradient, curvature = gains.normal_equations(here, columns)
+        gradient, curvature = equations(gains, forms, x, here, columns)
         better = False
         for _ in range(MOST_TRIES):
             step = bounded_step(gradient, curvature, damping, x, low, high)
@@ -160,7 +154,7 @@ def _best(
             except Refusal:  # Counts that cannot be are a step too far.
                 damping = max(10 * damping, 1e-3)
                 continue
-            reached = gains.deviance(then)
+            reached = deviance_at(gains, forms, there, then)
             if reached < value:
                 better, damped = True, damping
                 break
@@ -190,4 +184,4 @@ def fit_nominal(simulation: Simulation, sigma: float = 0.0) -> Fit:
 def on_others(simulation: Simulation, fitted: Fit) -> tuple[np.ndarray, float]:
     """Expected counts of frames that were not fitted, and their deviance with the frames' own gains at their best."""
     expected = expected_at(simulation, fitted.forms, fitted.x)
-    return expected, FrameGains(simulation, fitted.frame_gain_sigma).deviance(expected)
+    return expected, deviance_at(FrameGains(simulation, fitted.frame_gain_sigma), fitted.forms, fitted.x, expected)

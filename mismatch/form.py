@@ -80,6 +80,16 @@ class Form:
         return replace(self, start=self.start | mine, given=given)
 
 
+def settings_at(forms: tuple[Form, ...], x: np.ndarray) -> tuple[Setting, ...]:
+    """Effects at coordinates, log gain first."""
+    found, at = [], 1
+    for form in forms:
+        count = len(form.coordinates)
+        found.append(form.setting(x[at : at + count]))
+        at += count
+    return tuple(found)
+
+
 def logarithmic(parameter: Parameter) -> bool:
     """Whether its logarithm is fitted."""
     return parameter.low > 0 and parameter.high > LOGARITHMIC * parameter.low

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mismatch.capture import best_capture
-from mismatch.fit import Fit, on_others
+from mismatch.fit import Fit
 from mismatch.form import Form, logarithmic, to_value, unit_of
-from mismatch.noise import FrameGains
+from mismatch.gained import gained
 from mismatch.places import significance
-from mismatch.poisson import LEAST
 from mismatch.rivals import LEAST_PROBABILITY, Rival, probabilities, rivals
 from mismatch.selection import Round, without
 from mismatch.simulation import Simulation
@@ -53,7 +52,7 @@ def name_effects(
 def _name(train: Simulation, test: Simulation, judged: Fit, contest: Contest, explained: Fit, tried: int) -> Named:
     """One effect."""
     form = contest.form
-    observed, expected_gain, z = gain_of(test, without(train, judged, form), judged)
+    won = gained(test, without(train, judged, form), judged)
     texts = {look.id: look.separated_by for look in form.effect.look_alikes}
     alternatives = []
     for rival, chance in zip(contest.rivals[1:], contest.chances[1:], strict=True):
@@ -65,22 +64,11 @@ def _name(train: Simulation, test: Simulation, judged: Fit, contest: Contest, ex
         id=form.effect.id,
         sentence=form.effect.sentence,
         parameters=estimates(explained, form),
-        heldout_gain=observed,
-        p_value=significance(z, tried),
-        expected_gain=expected_gain,
+        heldout_gain=won.observed,
+        p_value=significance(won.z, tried),
+        expected_gain=won.expected,
         look_alikes=tuple(alternatives),
     )
-
-
-def gain_of(test: Simulation, less: Fit, fitted: Fit) -> tuple[float, float, float]:
-    """Deviance that a fit gains on frames held out, what it should gain were it true, and the z of its change."""
-    gains = FrameGains(test, fitted.frame_gain_sigma)
-    now, before = on_others(test, less)
-    then, after = on_others(test, fitted)
-    mean, truth = (np.maximum(gains.applied(expected), LEAST) for expected in (now, then))
-    change = truth - mean
-    z = float((change * (test.counts - mean) / mean).sum() / np.sqrt(max(float((change**2 / mean).sum()), 1e-12)))
-    return before - after, 2 * float((truth * np.log(truth / mean) - truth + mean).sum()), z
 
 
 def estimates(fitted: Fit, form: Form) -> tuple[Estimate, ...]:

@@ -2,22 +2,36 @@
 
 from mismatch.fit import Fit
 from mismatch.form import Form
+from mismatch.looked import looked, looks
 from mismatch.projection import Projection
 from mismatch.score import Score, score
 from mismatch.simulation import Simulation
+from physics.workers import in_parallel
 
 
 def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
     """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
     projection = Projection(simulation, fitted)
     forms = [*forms, *suggested(simulation, fitted, forms)]
-    found = [s for s in (score(simulation, fitted, projection, form) for form in forms) if s is not None]
+    by_effect: dict[str, list[Form]] = {}
+    for form in forms:
+        by_effect.setdefault(form.effect.id, []).append(form)
+
+    def one(same: list[Form]) -> list[Score]:
+        return [s for s in (promise(simulation, fitted, projection, form) for form in same) if s is not None]
+
+    found = [s for part in in_parallel(one, by_effect.values(), singly=True) for s in part]
     best: dict[tuple, Score] = {}
     for s in found:
         key = (s.form.effect.id, s.form.free, s.form.own)
         if key not in best or s.gain > best[key].gain:
             best[key] = s
     return sorted(best.values(), key=lambda s: s.log_p), len(found)
+
+
+def promise(simulation: Simulation, fitted: Fit, projection: Projection, form: Form) -> Score | None:
+    """What one form promises; None where it can change nothing."""
+    return looked(simulation, fitted, form) if looks(form) else score(simulation, fitted, projection, form)
 
 
 def suggested(simulation: Simulation, fitted: Fit, forms: list[Form]) -> list[Form]:

@@ -7,8 +7,8 @@ from scipy.stats import norm
 
 from mismatch.fit import Fit, fit, fit_nominal, on_others
 from mismatch.form import Form
-from mismatch.noise import FrameGains, frame_gain_sigma
-from mismatch.poisson import LEAST
+from mismatch.gained import gained
+from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
 from mismatch.score import Score, start_of
 from mismatch.simulation import Simulation
@@ -94,19 +94,10 @@ def candidate(train: Simulation, test: Simulation, before: Fit, found: Score) ->
     """A form beside those of a fit, fitted on some frames and judged on others."""
     x = np.concatenate([before.x, start_of(found.form, found.amplitude)])
     fitted = fit(train, (*before.forms, found.form), x, before.frame_gain_sigma)
-    now, _ = on_others(test, before)
-    then, heldout = on_others(test, fitted)
-    gains = FrameGains(test, before.frame_gain_sigma)
-    mean = np.maximum(gains.applied(now), LEAST)
-    change = gains.applied(then) - mean
-    information = float((change**2 / mean).sum())
-    z = float((change * (test.counts - mean) / mean).sum()) / np.sqrt(max(information, 1e-12))
-    observed = gains.deviance(now) - heldout
-    # If `then` were true, the deviance gained would be twice the divergence of `now` from it.
-    truth = np.maximum(gains.applied(then), LEAST)
-    expected_gain = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
+    won = gained(test, before, fitted)
     criterion = fitted.deviance + cost(train, fitted)
-    return Candidate(found, fitted, criterion, heldout, z, observed, expected_gain)
+    heldout = on_others(test, fitted)[1]
+    return Candidate(found, fitted, criterion, heldout, won.z, won.observed, won.expected)
 
 
 def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:

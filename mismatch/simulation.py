@@ -1,5 +1,6 @@
 """A recording beside its simulation: the same frames, under any effects."""
 
+import threading
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,6 +12,10 @@ from physics.footprint import Footprints
 from physics.light import Light, Return
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
+
+# Expected counts are kept at so many settings, or fewer that hold so many numbers: fits and tests come back to them.
+RECENT = 12
+NUMBERS = 1 << 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +40,26 @@ class Simulation:
     @cached_property
     def model(self) -> ForwardModel:
         """The forward model of these frames."""
-        return ForwardModel(self.light, self.footprints, self.clock, self.background)
+        return ForwardModel(self.light, self.footprints, self.clock, self.background, self.counts)
+
+    @cached_property
+    def _recent(self) -> threading.local:
+        """Expected counts of each thread, by gain and effects, those last that were asked for last."""
+        return threading.local()
 
     def expected(self, gain: float, effects: tuple[Setting, ...] = ()) -> np.ndarray:
-        """(F, P, T) expected counts with these effects and those that are given."""
+        """(F, P, T) expected counts with these effects and those that are given; to read only."""
+        key = (gain, *(setting.key for setting in effects))
+        recent: dict[tuple, np.ndarray] = self._recent.__dict__
+        found = recent.pop(key) if key in recent else self._expected(gain, effects)
+        found.setflags(write=False)
+        while recent and len(recent) >= min(RECENT, NUMBERS / self.counts.size):
+            del recent[next(iter(recent))]
+        recent[key] = found
+        return found
+
+    def _expected(self, gain: float, effects: tuple[Setting, ...]) -> np.ndarray:
+        """See `expected`."""
         own = {setting.effect.id for setting in effects}
         together = (*(setting for setting in self.given if setting.effect.id not in own), *effects)
         if self.whole is not None and any(s.effect.reaches(s.values) for s in together):
@@ -47,6 +68,11 @@ class Simulation:
         if self.dead is not None and self.dead.any():
             expected = np.where(self.dead[:, None], 0.0, expected)
         return expected
+
+    def without(self, gain: float, effects: tuple[Setting, ...], setting: Setting) -> Rendering:
+        """What an effect that looks at the recording is shown: counts expected without it, and those recorded."""
+        expected = self.expected(gain, tuple(other for other in effects if other is not setting))
+        return replace(self.rendering(gain), expected=expected, recorded=self.counts)
 
     def rendering(self, gain: float) -> Rendering:
         """Scene and sensor as effects are given them."""

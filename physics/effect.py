@@ -61,6 +61,20 @@ class LookAlike:
     separated_by: str
 
 
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What an effect that looks at a recording, to see where things are in each frame, has to own up to.
+
+    flattery: deviance by which its counts fit the frames better than the evidence of the frames allows. slopes: for
+    each parameter that says what is looked for, (F,) or, of each zone, (F, P) derivatives of the log-likelihood.
+    blur: deviance that is left because where things are stays uncertain.
+    """
+
+    flattery: float
+    blur: float
+    slopes: dict[str, np.ndarray]
+
+
 class Effect:
     """One cause. A subclass fills in the class variables and the methods named after what it changes.
 
@@ -126,6 +140,18 @@ class Effect:
     def reaches(self, values: Values) -> bool:
         """Whether it looks at other frames at all."""
         return any(seconds > 0 for seconds in self.reach(values))
+
+    def looks(self, values: Values) -> bool:
+        """Whether, at these values, it looks at what was recorded to see where things are in each frame."""
+        return False
+
+    def look(self, values: Values, rendering: Rendering) -> "Look":
+        """What it saw there. rendering: with `expected` counts as they are without it, and those that were recorded."""
+        raise NotImplementedError
+
+    def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
+        """(F, P, T) expected counts with things somewhere, by chance, in each frame. rendering: as for `look`."""
+        raise NotImplementedError
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Where a fit may begin, as the data suggest: values of some parameters, each a dictionary.

@@ -4,14 +4,15 @@ signal[f,p,t] = gain · Σ_u w_p(u) · ρ·cosθ/r² · ∫_bin t IRF(τ − tim
 expected[f,p,t] = signal[f,p,t] + background_p
 """
 
+import threading
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from physics.arrivals import arrivals
+from physics.arrivals import Arrivals, arrivals
 from physics.clock import Clock
 from physics.effect import Setting, in_order
 from physics.footprint import Footprints
@@ -19,21 +20,34 @@ from physics.light import Light
 from physics.rendering import NOUNS, Rendering
 from recordings.refusal import Refusal
 
+# What was made is kept under so many keys, as fits come back to where they were; only under the last one where
+# numbers for one key are more than this.
+KEPT = 4
+MANY = 1 << 22
+# Lattices whose first knots differ by less than this part of a step are the same.
+ROUNDING = 1e-9
+
 
 class ForwardModel:
     """Expected counts of F frames as a function of gain and effects.
 
     light, footprints, clock: the scene and the sensor without effects. background: (P,) or one number, counts per bin.
-    What nothing has changed since the last call is not made again, so that a fit which varies a parameter of the
-    detector renders once. It holds arrivals of F × P zones: give many frames in batches.
+    recorded: (F, P, T) counts of these frames, for effects that only a frame itself can place.
+    What nothing has changed since the last calls is not made again, so that a fit which varies a parameter of the
+    detector renders once; each thread has its own. It holds arrivals of F × P zones: give many frames in batches.
     """
 
     def __init__(
-        self, light: Light, footprints: Footprints, clock: Clock, background: np.ndarray | float | None = None
+        self,
+        light: Light,
+        footprints: Footprints,
+        clock: Clock,
+        background: np.ndarray | float | None = None,
+        recorded: np.ndarray | None = None,
     ) -> None:
         level = np.atleast_1d(np.asarray(0.0 if background is None else background, float))[:, None]
-        self._start = Rendering(light, footprints, clock, gain=1.0, background=level)
-        self._kept: dict[str, tuple[tuple, Any]] = {}
+        self._start = Rendering(light, footprints, clock, gain=1.0, background=level, recorded=recorded)
+        self._kept = threading.local()
 
     def expected(self, gain: float = 1.0, effects: Iterable[Setting] = ()) -> np.ndarray:
         """(F, P, T) expected counts; raises `Refusal` where an effect makes counts that cannot be."""
@@ -41,8 +55,7 @@ class ForwardModel:
         now, key = replace(self._start, gain=float(gain)), ()
         for noun in NOUNS:
             if noun == "arrivals":
-                bare = self._once("bare arrivals", key, partial(arrivals, now.light, now.footprints, now.clock))
-                now = replace(now, arrivals=bare)
+                now = replace(now, arrivals=self._once("bare arrivals", key, partial(self._bare, now)))
             if noun == "expected":
                 signal = self._once("signal", key, now.arrivals.binned)
                 counts = gain * signal
@@ -57,12 +70,44 @@ class ForwardModel:
         return now.expected
 
     def _once(self, name: str, key: tuple, make: Callable[[], Any]) -> Any:
-        """What `make` makes, or made the last time under this key; expected counts depend on more than keys say."""
+        """What `make` makes, or made before under this key; expected counts depend on more than keys say."""
         if name in ("background", "expected"):
             return make()
-        if name not in self._kept or self._kept[name][0] != key:
-            self._kept[name] = key, make()
-        return self._kept[name][1]
+        kept = self._kept.__dict__.setdefault(name, {})
+        made = kept.pop(key) if key in kept else make()
+        while len(kept) >= self._room:
+            del kept[next(iter(kept))]  # The one that was not asked for longest.
+        kept[key] = made
+        return made
+
+    @cached_property
+    def _room(self) -> int:
+        """Under how many keys things are kept."""
+        frames, height, width = self._start.light.range_m.shape
+        knots = self._start.footprints.seen[0][1].shape[1] * self._start.clock.lattice.size
+        return KEPT if frames * (height * width + knots) < MANY else 1
+
+    def _bare(self, now: Rendering) -> Arrivals:
+        """Arrivals before effects on them; a pulse that changes on the steps it had leaves them as they are."""
+        kept = self._kept.__dict__.get("latest")
+        if kept is not None:
+            light, footprints, clock, made = kept
+            mine, other = now.clock.lattice, made.lattice
+            if (
+                light is now.light
+                and footprints is now.footprints
+                and np.array_equal(clock.time_zero_s, now.clock.time_zero_s)
+                and mine.per_bin == other.per_bin
+                and mine.size <= other.size
+                and np.isclose(mine.step_s, other.step_s, rtol=ROUNDING, atol=0)
+                and abs(mine.first_s - other.first_s) < ROUNDING * mine.step_s
+            ):
+                # What arrives later than a shorter pulse is seen for is left out.
+                seen = np.ascontiguousarray(made.light[..., : mine.size])
+                return Arrivals(seen, mine, now.clock.bins)
+        made = arrivals(now.light, now.footprints, now.clock)
+        self._kept.__dict__["latest"] = now.light, now.footprints, now.clock, made
+        return made
 
 
 def _through(now: Rendering, acting: list[Setting], noun: str) -> Any:

@@ -20,7 +20,8 @@ class Rendering:
     light: what the scene sends back. footprints: where zones look. clock: how time is registered.
     arrivals: light by zone and time of arrival, before pulse and bins. gain: counts per unit of light.
     background: (P, 1) or (F, P, 1) counts per bin that no laser sent, or one number. expected: (F, P, T) counts,
-    background included.
+    background included. recorded: (F, P, T) counts that were recorded, None where nothing was: for effects that only a
+    frame itself can place.
     """
 
     light: Light
@@ -30,3 +31,4 @@ class Rendering:
     arrivals: Arrivals | None = None
     expected: np.ndarray | None = None
     background: np.ndarray | float = 0.0
+    recorded: np.ndarray | None = None

@@ -2,13 +2,22 @@
 
 import numpy as np
 
-from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.effect import Effect, Look, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+from physics.roaming import Roaming, pulses_in_bins, roaming
 from physics.tracks import straight_tracks
+
+# Strengths at which a search for pulses that roam begins, counts.
+BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
 
 
 class Interference(Effect):
-    """The pulses of an emitter of nearly the same period: within a frame one pulse, which wanders between frames."""
+    """The pulses of an emitter with a clock of its own: one in a frame at most, the same in all zones.
+
+    Where its period is nearly the laser's the pulse wanders evenly from frame to frame. Where it is not, the pulse is
+    somewhere else in each frame: it roams. Where, only the frame itself can tell; where nothing was recorded it is as
+    likely here as there, and its mean is spread over the window.
+    """
 
     id = "interference"
     acts_on = "scene"
@@ -18,6 +27,7 @@ class Interference(Effect):
         LookAlike("range_aliasing", "Cover the emitter: interference stays, a far target's pulse goes."),
         LookAlike("multipath", "Cover the emitter: interference stays, a second bounce goes."),
     )
+    forms = (("counts", "arrival", "drift"), ("roaming", "present"))
     parameters = (
         Parameter(
             "counts",
@@ -45,6 +55,24 @@ class Interference(Effect):
             start=1e-8,
             sentence="Seconds by which it arrives later for each second of the session.",
         ),
+        Parameter(
+            "roaming",
+            unit="counts",
+            low=0.0,
+            high=1e7,
+            start=100.0,
+            vanishes_at=0.0,
+            axis="zone",
+            sentence="Counts of a pulse that is somewhere else in each frame.",
+        ),
+        Parameter(
+            "present",
+            unit="1",
+            low=0.01,
+            high=1.0,
+            start=0.8,
+            sentence="Share of the frames that hold a pulse that roams.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -52,17 +80,57 @@ class Interference(Effect):
         clock = rendering.clock
         arrival_s = values["arrival"] + values["drift"] * rendering.light.time_s
         shares = clock.pulse.in_bins(arrival_s, clock.bins, clock.bin_width_s)
-        return rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares[:, None]
+        steady = rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares[:, None]
+        if not np.any(values["roaming"]):
+            return steady
+        if rendering.recorded is not None:
+            return steady + self._placed(values, rendering).added
+        anywhere = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s).mean(axis=0)
+        return steady + values["present"] * np.atleast_1d(values["roaming"])[:, None] * anywhere
+
+    def looks(self, values: Values) -> bool:
+        """Whether its pulse roams."""
+        return bool(np.any(values["roaming"]))
+
+    def look(self, values: Values, rendering: Rendering) -> Look:
+        """What it costs not to have known where it was, over all frames."""
+        placed = self._placed(values, rendering)
+        slopes = {"roaming": placed.by_counts, "present": placed.by_present}
+        return Look(float(placed.flattery.sum()), float(placed.blur.sum()), slopes)
+
+    def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
+        """A pulse at one place in some of the frames."""
+        clock = rendering.clock
+        shares = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s)
+        frames = len(rendering.expected)
+        there = shares[rng.integers(len(shares), size=frames)] * (rng.random(frames) < values["present"])[:, None]
+        return rendering.expected + np.atleast_1d(values["roaming"])[:, None] * there[:, None]
+
+    def _placed(self, values: Values, rendering: Rendering) -> Roaming:
+        """Where it is in each frame."""
+        counts = np.broadcast_to(np.asarray(values["roaming"], float), rendering.recorded.shape[1])
+        return roaming(
+            rendering.recorded, rendering.expected, rendering.background, rendering.clock, counts, values["present"]
+        )
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A pulse that stays where it is comes from the sensor's own laser: another emitter's clock is another."""
         wandered = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
-        return wandered < rendering.clock.bin_width_s
+        return bool(np.any(values["counts"])) and wandered < rendering.clock.bin_width_s
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The straight lines through frames and bins along which most is in excess."""
+        """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""
         tracks = straight_tracks(excess, expected, rendering, fastest=1e-3)
-        return [{"arrival": float(np.clip(t.arrival_s, -1e-6, 1e-6)), "drift": t.drift} for t in tracks]
+        present = self.parameter("present").start
+        zones = np.ones(excess.shape[1])
+        found = [
+            roaming(excess + expected, expected, rendering.background, rendering.clock, counts * zones, present)
+            for counts in BEGINNINGS
+        ]
+        best = int(np.argmax([one.evidence.sum() for one in found]))
+        held = float(np.clip(found[best].chances.sum(axis=1).mean(), 0.05, 0.95))
+        lines = [{"arrival": float(np.clip(t.arrival_s, -1e-6, 1e-6)), "drift": t.drift} for t in tracks]
+        return [*lines, {"roaming": BEGINNINGS[best], "present": held}]
 
 
 effect = Interference()

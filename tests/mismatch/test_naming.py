@@ -6,8 +6,9 @@ from scipy.stats import poisson
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
+from mismatch.gained import gained
 from mismatch.located import locate_effects
-from mismatch.naming import contested, estimates, gain_of, name_effects
+from mismatch.naming import contested, estimates, name_effects
 from mismatch.rivals import Rival, probabilities
 from mismatch.selection import coordinates, price, select, without
 from physics.effects import find_effect
@@ -35,14 +36,14 @@ def pedestal(parts):
 def test_the_gain_is_twice_the_log_likelihood_ratio_on_held_out_frames(parts, pedestal):
     _, train, test = parts
     less = without(train, pedestal, pedestal.forms[0])
-    observed, expected, z = gain_of(test, less, pedestal)
+    won = gained(test, less, pedestal)
     now, then = test.expected(less.gain), test.expected(pedestal.gain, pedestal.settings)
     ratio = poisson.logpmf(test.counts, then).sum() - poisson.logpmf(test.counts, now).sum()
-    assert observed == pytest.approx(2 * ratio, rel=1e-6)
+    assert won.observed == pytest.approx(2 * ratio, rel=1e-6)
     # Its mean, were the pedestal there: the counts replaced by what is expected; and z is its root, about.
-    assert expected == pytest.approx(2 * (then * np.log(then / now) - then + now).sum(), rel=1e-6)
-    assert observed == pytest.approx(expected, abs=6 * np.sqrt(expected))
-    assert z == pytest.approx(np.sqrt(expected), rel=0.25)
+    assert won.expected == pytest.approx(2 * (then * np.log(then / now) - then + now).sum(), rel=1e-6)
+    assert won.observed == pytest.approx(won.expected, abs=6 * np.sqrt(won.expected))
+    assert won.z == pytest.approx(np.sqrt(won.expected), rel=0.25)
 
 
 def test_estimates_are_in_the_units_of_their_parameters(drawn):

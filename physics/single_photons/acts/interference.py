@@ -8,6 +8,10 @@ from physics.single_photons.world import Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Its pulse, where it has wandered by the time of this frame."""
-    arrival_s = values["arrival"] + values["drift"] * world.time_s
-    return photons.and_also(pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng))
+    """Its pulse, where it has wandered by the time of this frame; and one that is anywhere, if it is there at all."""
+    wandered_s = values["arrival"] + values["drift"] * world.time_s
+    anywhere_s = rng.random() * world.bins * world.bin_width_s
+    there = rng.random() < values["present"]
+    for counts, arrival_s in ((values["counts"], wandered_s), (np.multiply(values["roaming"], there), anywhere_s)):
+        photons = photons.and_also(pulse_from_elsewhere(world, by_zone(world, counts) * world.boost, arrival_s, rng))
+    return photons

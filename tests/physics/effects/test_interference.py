@@ -5,6 +5,7 @@ import pytest
 
 from physics.effects.interference import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 
 @pytest.fixture
@@ -41,3 +42,45 @@ def test_it_enters_the_window_without_a_jump(model, small):
 
 def test_outside_the_window_it_is_not_seen(model):
     assert np.abs(more(model, arrival=30e-9, drift=0)).max() < 1e-6
+
+
+def test_a_pulse_that_roams_is_anywhere_where_nothing_was_recorded(model, small):
+    found = more(model, roaming=[0, 10, 200, 1e4], present=0.5)
+    assert np.ptp(found, axis=0).max() < 1e-9
+    # But for what falls out at the ends of the window.
+    inner = found[0, 3, 12:-3]
+    np.testing.assert_allclose(inner, 0.5 * 1e4 / small.clock.bins, rtol=0.02)
+    np.testing.assert_allclose(found[0, 1], 1e-3 * found[0, 3], rtol=1e-9)
+
+
+def test_a_pulse_that_roams_is_where_the_recording_has_it(small):
+    shares = small.clock.pulse.in_bins(np.array([3e-9, 5e-9, 8e-9]), small.clock.bins, small.clock.bin_width_s)
+    bare = ForwardModel(small.light, small.footprints, small.clock, 4.0).expected(1e3)
+    recorded = bare + 500 * shares[:, None]
+    model = ForwardModel(small.light, small.footprints, small.clock, 4.0, recorded)
+    found = model.expected(1e3, [effect.at(roaming=500, present=0.9)]) - bare
+    # Places are half a bin apart.
+    assert np.abs(found.argmax(axis=-1) - shares.argmax(axis=-1)[:, None]).max() <= 1
+    np.testing.assert_allclose(found.sum(axis=-1), 500, rtol=0.01)
+
+
+def test_at_random_it_is_in_a_share_of_the_frames(small):
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0, expected=np.zeros((3, 4, 40)))
+    values = effect.at(roaming=100, present=0.6).values
+    drawn = np.concatenate([effect.at_random(values, rendering, np.random.default_rng(s)) for s in range(200)])
+    there = drawn.any(axis=(1, 2))
+    assert there.mean() == pytest.approx(0.6, abs=4 * np.sqrt(0.24 / 600))
+    assert len(set(drawn[there, 0].argmax(axis=1))) > 30
+    np.testing.assert_array_equal(drawn[:, 0], drawn[:, 3])
+
+
+def test_how_a_search_begins_goes_by_what_is_there(small):
+    rng = np.random.default_rng(3)
+    shares = small.clock.pulse.in_bins(np.array([3e-9, 5e-9, 8e-9]), small.clock.bins, small.clock.bin_width_s)
+    expected = np.full((3, 4, 40), 5.0)
+    excess = rng.poisson(expected + 60 * shares[:, None]) - expected
+    *_, begun = effect.starts(
+        excess, expected, Rendering(small.light, small.footprints, small.clock, 1.0, background=5.0)
+    )
+    assert begun["roaming"] == 70
+    assert begun["present"] == 0.95

@@ -7,6 +7,7 @@ import pytest
 
 from physics.effects import find_effect
 from physics.single_photons.acts import find_act, multipath
+from physics.single_photons.draw import counts_of
 from physics.single_photons.world import Photons
 
 C = 299_792_458.0
@@ -162,3 +163,20 @@ def test_two_plates_exchange_what_integrals_say(corner, most, monkeypatch):
     for p, light in enumerate(between_plates()):
         assert (zone == p).sum() == pytest.approx(draws * 1e4 * light, rel=0.06)
     assert (zone < 2).all()
+
+
+def test_a_pulse_that_roams_is_anywhere_and_the_same_in_all_zones(both):
+    """Over many frames its mean is the fast engine's, which spreads it; within one it is in one place."""
+    made = both(gain=1.0)
+    setting = find_effect("interference").at(roaming=[500, 500, 0, 1000], present=0.7)
+    world, act = made.session.world(1), find_act("interference").photons
+    counts = np.stack(
+        [counts_of(act(NOBODY, world, setting.values, np.random.default_rng(s)), world) for s in range(600)]
+    )
+    expected = (made.model.expected(1.0, [setting]) - made.model.expected(1.0))[1]
+    error = counts.std(axis=0) / np.sqrt(len(counts)) + 1e-9
+    assert (np.abs(counts.mean(axis=0) - expected)[[0, 1, 3], 10:] / error[[0, 1, 3], 10:]).max() < 4.5
+    assert not counts[:, 2].any()
+    there = counts[:, 3].sum(axis=1) > 500
+    peaks = counts[there].argmax(axis=2)
+    assert np.median(np.abs(peaks[:, 0] - peaks[:, 3])) <= 1

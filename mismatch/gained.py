@@ -1,0 +1,57 @@
+"""What one fit gains over another on frames that neither has seen, and what it should gain were it true."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mismatch.fit import Fit, on_others
+from mismatch.noise import FrameGains
+from mismatch.poisson import LEAST
+from mismatch.simulation import Simulation
+
+# How often frames are drawn to say what an effect that looks should gain.
+DRAWS = 4
+
+
+@dataclass(frozen=True)
+class Gained:
+    """Of a fit, over one with less in it.
+
+    observed: deviance gained. expected: what it should be were the fuller one the truth. z: how many standard
+    deviations the change it makes stands out of the noise.
+    """
+
+    observed: float
+    expected: float
+    z: float
+
+
+def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
+    """What `more` gains over `less` on the frames `test`, which took no part in either."""
+    gains = FrameGains(test, more.frame_gain_sigma)
+    now, before = on_others(test, less)
+    then, after = on_others(test, more)
+    mean, truth = (np.maximum(gains.applied(expected), LEAST) for expected in (now, then))
+    change = truth - mean
+    information = float((change**2 / mean).sum())
+    z = float((change * (test.counts - mean) / mean).sum()) / np.sqrt(max(information, 1e-12))
+    # Were `then` true, the deviance gained would be twice the divergence of `now` from it.
+    expected = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
+    if any(setting.effect.looks(setting.values) for setting in more.settings):
+        # What has looked at these frames stands out by as much as its evidence is worth: the chance that noise makes
+        # a likelihood ratio as large as exp(gain/2) is less than its inverse (Markov).
+        z, expected = min(z, float(np.sqrt(max(before - after, 0.0)))), _if_it_were_true(test, less, more)
+    return Gained(before - after, expected, z)
+
+
+def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> float:
+    """Deviance gained on frames drawn from the fuller fit, things being somewhere in each by chance."""
+    rng = np.random.default_rng(0)
+    looking = next(s for s in more.settings if s.effect.looks(s.values))
+    without = test.without(more.gain, more.settings, looking)
+    each = []
+    for _ in range(DRAWS):
+        mean = looking.effect.at_random(looking.values, without, rng)
+        drawn = replace(test, counts=rng.poisson(mean).astype(float))
+        each.append(on_others(drawn, less)[1] - on_others(drawn, more)[1])
+    return float(np.mean(each))

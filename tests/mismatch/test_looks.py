@@ -1,0 +1,82 @@
+"""Effects that look where things are in each frame: slopes, promises and gains that are not flattered by the look."""
+
+import numpy as np
+import pytest
+
+from mismatch.fit import expected_at, fit, fit_nominal
+from mismatch.form import forms_of
+from mismatch.gained import gained
+from mismatch.looked import looked, looks
+from mismatch.looks import blur, deviance_at, equations, flattery
+from mismatch.noise import FrameGains
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48}
+COMMON, BY_ZONE = sorted(
+    (form for form in forms_of(find_effect("interference"), SIZES) if "roaming" in form.free), key=lambda f: len(f.own)
+)
+VALUES = {"roaming": 60.0, "present": 0.7}
+
+
+@pytest.fixture(scope="module")
+def disturbed(rig, simulated):
+    """Frames of which most hold a pulse somewhere."""
+    rng = np.random.default_rng(4)
+    effect = find_effect("interference")
+    bare = simulated(rig.expected())
+    gain = fit_nominal(bare).gain
+    setting = effect.at(**VALUES)
+    mean = effect.at_random(setting.values, bare.without(gain, (setting,), setting), rng)
+    return simulated(rng.poisson(mean))
+
+
+@pytest.mark.parametrize("form", [COMMON, BY_ZONE], ids=["common", "by zone"])
+def test_slopes_are_those_of_the_deviance(form, disturbed):
+    gains = FrameGains(disturbed, 0.0)
+    x = np.concatenate([fit_nominal(disturbed).x, form.beginning({"roaming": 40.0, "present": 0.6}).at_start()])
+    here = expected_at(disturbed, (form,), x)
+    score, information = equations(gains, (form,), x, here, np.ones((here.size, len(x))))
+    for i in range(1, len(x)):
+        ends = [x.copy(), x.copy()]
+        ends[0][i] -= 1e-4
+        ends[1][i] += 1e-4
+        low, high = (deviance_at(gains, (form,), end, expected_at(disturbed, (form,), end)) for end in ends)
+        # The log-likelihood is less half the deviance, but for the frames' own brightness, which the look takes out.
+        assert score[i] == pytest.approx(-(high - low) / 4e-4, rel=0.02, abs=0.05)
+    assert (np.linalg.eigvalsh(information[1:, 1:]) > -1e-6).all()
+
+
+def test_a_fit_finds_how_strong_and_how_often(disturbed):
+    begun = COMMON.beginning({"roaming": 20.0, "present": 0.5})
+    found = fit(disturbed, (begun,), np.concatenate([fit_nominal(disturbed).x, begun.at_start()]))
+    for i, name in enumerate(("roaming", "present")):
+        value, unit = found.settings[0].values[name], {"roaming": 100.0, "present": 0.7}[name]
+        assert abs(value - VALUES[name]) < 4 * np.sqrt(found.covariance[i + 1, i + 1]) * unit
+    assert flattery(disturbed, found.gain, found.settings) > 0
+    assert blur(disturbed, found.gain, found.settings) > 0
+
+
+def test_only_pulses_that_roam_look():
+    forms = list(forms_of(find_effect("interference"), SIZES))
+    assert {form.free for form in forms if looks(form)} == {("roaming", "present")}
+    assert not looks(next(forms_of(find_effect("impulse_tail"), SIZES)))
+
+
+def test_where_there_is_nothing_nothing_is_promised(drawn):
+    for seed in range(3):
+        simulation = drawn(seed)
+        promised = looked(simulation, fit_nominal(simulation), COMMON.beginning({"roaming": 10.0, "present": 0.5}))
+        assert promised.log_p > np.log(1e-3)
+        assert promised.information == 0
+
+
+def test_held_out_frames_gain_what_they_should(disturbed):
+    train, test = disturbed.of(np.arange(0, 24, 2)), disturbed.of(np.arange(1, 24, 2))
+    begun = COMMON.beginning({"roaming": 50.0, "present": 0.7})
+    nominal = fit_nominal(train)
+    fitted = fit(train, (begun,), np.concatenate([nominal.x, begun.at_start()]))
+    won = gained(test, nominal, fitted)
+    # How much a pulse shows depends on where it is, and there are twelve frames.
+    assert 0.4 < won.observed / won.expected < 2.5
+    assert won.z <= np.sqrt(won.observed)
+    assert won.z > 5
