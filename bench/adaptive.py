@@ -1,5 +1,7 @@
 """How many positions an adaptive scan needs for the cosine to the full map that evenly spread ones reach.
 
+Evenly spread positions are completed twice: by splines, and as adaptive scans are, by the sensor's optics.
+
 Run with the names of what to measure: long, short (the published maps), and whole numbers (simulated sensors). The
 adaptive plan was made with the long-range maps and sensors 1 to 3; the short-range maps and other sensors test it.
 """
@@ -12,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from calibrate.adaptive import AdaptivePlan
+from calibrate.adaptive_fill import filled
 from calibrate.consistency import cosines
 from calibrate.kernel import PUBLISHED_RADIUS_PX, fit_kernel
 from calibrate.plan import ScanPlan
@@ -24,6 +27,7 @@ from recordings.maps_file import load_maps
 
 EVEN = (100, 150, 200, 250, 300, 350, 400, 450, 500, 550, 600, 700, 800, 900, 1000, 1200, 1500, 1800)
 LEVELS = (0.97, 0.98, 0.99, 0.995)
+EVEN_FILLED = (60, 80, 100, 150, 200, 300, 450, 600, 800)
 MOST = 400
 FILES = {"long": "spad_calib_3x3_longrange_bins15_35.npz", "short": "spad_calib_3x3_shortrange_bins45_75.npz"}
 
@@ -75,6 +79,23 @@ def evenly(maps: ResponseMaps) -> list[tuple[int, float, float, float]]:
     return found
 
 
+def evenly_filled(maps: ResponseMaps) -> list[tuple[int, float, float, float]]:
+    """The same of what the optics' model makes of evenly spread positions."""
+    field = np.stack([maps.xs, maps.ys], axis=1).astype(float)
+    order, full, found = spread_order(field, max(EVEN_FILLED)), maps.by_zone.astype(float), []
+    for n in EVEN_FILLED:
+        some = order[:n]
+        part = replace(
+            maps, responses=maps.responses[..., some], xs=maps.xs[some], ys=maps.ys[some], cap_ids=maps.cap_ids[some]
+        )
+        predicted = filled(part, field, PUBLISHED_RADIUS_PX)
+        value = full.copy()
+        value[:, [int(name[1:]) for name in predicted.cap_ids[n:]]] = predicted.by_zone[:, n:]
+        cosine = cosines(full, value)
+        found.append((n, float(cosine.min()), float(cosine.mean()), np.nan))
+    return found
+
+
 def adaptively(maps: ResponseMaps, prior: ResponseMaps | None = None) -> list[tuple[int, float, float, float]]:
     """Points, worst and mean cosine, and the worst as the plan estimated it, batch by batch."""
     plan = AdaptivePlan(
@@ -111,20 +132,21 @@ def main(names: list[str]) -> None:
             name, other = name.split("+")
             prior = published(other)
         maps = published(name) if name in FILES else simulated(int(name))
-        adaptive, even = adaptively(maps, prior), evenly(maps)
+        adaptive = adaptively(maps, prior)
+        even = {"splines": evenly(maps), "optics": evenly_filled(maps)}
         print(f"\n{name}{' with the other mode as prior' if prior else ''}")
         print("adaptive: points, worst cosine (estimated), mean")
         for n, worst, mean, estimate in adaptive:
             print(f"{n:6} {worst:.4f} ({estimate:.4f}) {mean:.4f}")
-        print("even: points, worst cosine, mean")
-        for n, worst, mean, _ in even:
-            print(f"{n:6} {worst:.4f} {mean:.4f}")
-        for title, column in (("worst", 1), ("mean", 2)):
-            for level in LEVELS:
-                few, many = needed(adaptive, level, column), needed(even, level, column)
-                print(
-                    f"{title} cosine {level}: adaptive {few:.0f}, even {many:.0f}, ratio {few / many:.2f}", flush=True
-                )
+        for way, curve in even.items():
+            print(f"even, {way}: points, worst cosine, mean")
+            for n, worst, mean, _ in curve:
+                print(f"{n:6} {worst:.4f} {mean:.4f}")
+            for title, column in (("worst", 1), ("mean", 2)):
+                for level in LEVELS:
+                    few, many = needed(adaptive, level, column), needed(curve, level, column)
+                    ratio = few / many
+                    print(f"{title} cosine {level}: adaptive {few:.0f}, even {many:.0f}, ratio {ratio:.2f}", flush=True)
 
 
 if __name__ == "__main__":

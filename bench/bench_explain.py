@@ -91,12 +91,13 @@ def test_beside_a_generic_optimiser():
     assert ours < one * effects
 
 
-def test_cost_is_linear_in_frames():
+@pytest.mark.parametrize("concealed", [None, "impulse_tail"])
+def test_cost_is_linear_in_frames(concealed):
     """Time of the processor, all cores together, which does not depend on who else is at work."""
     times = {}
-    explain(recording(24))
+    explain(recording(24, concealed))
     for frames in (24, 48, 96, 192):
-        simulation, taken = recording(frames), []
+        simulation, taken = recording(frames, concealed), []
         for _ in range(2):
             begin = time.process_time()
             explain(simulation)
@@ -105,7 +106,7 @@ def test_cost_is_linear_in_frames():
     steps = [np.log(times[b] / times[a]) / np.log(b / a) for a, b in pairwise(times)]
     whole = np.log(times[192] / times[24]) / np.log(8)
     print(
-        "\n" + ", ".join(f"{frames} frames {took:.1f} s" for frames, took in times.items())
+        f"\n{concealed}: " + ", ".join(f"{frames} frames {took:.1f} s" for frames, took in times.items())
         + f" of processor time; exponent {whole:.2f}, by doubling " + ", ".join(f"{step:.2f}" for step in steps)
     )  # fmt: skip
     assert whole < 1.15

@@ -16,6 +16,7 @@ from recordings.refusal import Refusal
 COARSE, LIT = 24, 30  # positions all over the image, then in what turned out to be lit
 LIT_SHARE = 0.03  # of the largest sum of all zones
 SETTLED = 75  # samples from which the first guess is not made anew
+COUNTING = 120  # samples from which an estimate counts: with fewer, what was overlooked is most of the error
 
 
 class AdaptivePlan:
@@ -138,7 +139,7 @@ class AdaptivePlan:
         """Fit the model to all samples, and estimate how well the maps are known."""
         scale = np.maximum(self._seen.max(axis=1, keepdims=True), 1e-300)
         seen, sigma = self._seen / scale, self._sigma / scale
-        before, rounds = self._posterior, ROUNDS
+        before, rounds = self._posterior, 1
         if before is not None and before.xy.shape[0] >= SETTLED:
             prior, unknown, shift = before.prior, before.unknown, np.log(self._scale / scale)[:, 0]
         else:
@@ -160,5 +161,5 @@ class AdaptivePlan:
         self._posterior = fit(self._start.model, prior, unknown, strengths, self._xy, seen, sigma, rounds)
         self._outlook = outlook(self._posterior, self._field, self._visited)
         # An estimate counts once another batch has confirmed it: what was overlooked shows in new samples.
-        estimate = self._outlook.cosine if len(self._cells) >= SETTLED else 0.0
+        estimate = self._outlook.cosine if len(self._cells) >= COUNTING else 0.0
         self.reached, self._before = min(estimate, self._before), estimate

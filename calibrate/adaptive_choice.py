@@ -10,14 +10,17 @@ def best_cells(covariance: np.ndarray, cell: np.ndarray, cost: np.ndarray, noise
     noise: (N,) variance of a measurement. Measuring response j reduces the cost by Σ cost · covariance(:, j)² /
     (covariance(j, j) + noise) (Cohn 1996; A-optimal design); what a cell's zones tell is summed.
     """
-    covariance, left = covariance.copy(), np.unique(cell)
+    covariance, cost, left = covariance.copy(), cost.copy(), np.unique(cell)
     chosen = []
     for _ in range(min(count, len(left))):
-        value = cost @ np.square(covariance) / (np.diag(covariance) + noise)
+        own = np.diag(covariance)
+        # What is measured is known with its error, as the full map has it.
+        value = (cost @ np.square(covariance) + cost * noise * (2 * own + noise)) / (own + noise)
         by_cell = np.bincount(cell, value, minlength=int(cell.max()) + 1)
         by_cell[chosen] = -1
         chosen.append(int(by_cell.argmax()))
         mine = np.flatnonzero(cell == chosen[-1])
+        cost[mine] = 0
         reach = covariance[:, mine]
         covariance -= reach @ np.linalg.solve(reach[mine] + np.diag(noise[mine]), reach.T)
     return np.array(chosen, int)

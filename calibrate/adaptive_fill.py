@@ -84,7 +84,7 @@ def _predicted(post: Posterior, field: np.ndarray) -> tuple[np.ndarray, np.ndarr
         value, kept = post.expected(here)
         variance = post.far_variance(here)
         rows = post.model.rows(post.unknown, *here.T, kept)
-        variance[kept] = np.maximum(np.diag(post.covariance(rows, here)), 0) * post.candour
+        variance[kept] = np.maximum(np.diag(post.covariance(rows, here)), 0) * post.candour[rows.zone]
         values.append(value)
         sigmas.append(np.sqrt(variance))
     return np.concatenate(values, axis=1), np.concatenate(sigmas, axis=1)

@@ -12,6 +12,7 @@ FLOOD_STEP = 4.2  # knots of the flood's departure from its nominal shape, patch
 FLOOD_SPREAD = 0.25
 GAIN_SPREAD = 0.2  # of the logarithm
 STRAY, STRAY_SPREAD = 0.01, 0.03
+HALO, HALO_SPREAD = 0.05, 0.05
 WEIGHT_SPREAD = (0.15, 0.1, 0.06)  # of the SPADs of a row, of a zone's part of a row, of one SPAD
 SEEN = 0.02  # of the peak: where less than this is expected, a response is stray light
 
@@ -20,7 +21,8 @@ SEEN = 0.02  # of the peak: where less than this is expected, a response is stra
 class Rows:
     """Responses of some zones at some points, in units of each zone's scale.
 
-    zone, cell: (N,) which. value, near: (N,) as modelled, and at most so whatever the details. slope: (N, M) sparse.
+    zone, cell: (N,) which. value, near: (N,) as modelled, and at most so whatever the details. Their
+    slopes: by the unknowns, slope (N, M), sparse; by the place, tilt (N, 2), per pixel.
     """
 
     zone: np.ndarray
@@ -28,14 +30,15 @@ class Rows:
     value: np.ndarray
     near: np.ndarray
     slope: sparse.csr_array
+    tilt: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """R = gain · optics · (1 + the flood's departure) + stray · sum of all zones.
+    """R = gain · optics · (1 + the flood's departure) + halo · blurred + stray · sum of all zones blurred.
 
     The unknowns are, in this order: the optics' parameters, the weights of SPADs, logarithms of the zones' gains, the
-    share of stray light, and coefficients of the flood's departure.
+    shares of light scattered nearby and anywhere, and coefficients of the flood's departure.
     """
 
     optics: SpadOptics
@@ -44,29 +47,30 @@ class Model:
 
     @property
     def start(self) -> tuple[int, int, int]:
-        """Where the gains, the stray light and the flood begin in the unknowns."""
+        """Where the gains, the scattered light and the flood begin in the unknowns."""
         gains = SIZE + self.optics.mixing.shape[1]
-        return gains, gains + self.zones, gains + self.zones + 1
+        return gains, gains + self.zones, gains + self.zones + 2
 
     @property
     def spread(self) -> np.ndarray:
         """(M,) prior standard deviations of the unknowns."""
         weights = np.repeat(WEIGHT_SPREAD, self.optics.weights)
-        rest = [[GAIN_SPREAD] * self.zones, [STRAY_SPREAD], [FLOOD_SPREAD] * self.flood.size]
+        rest = [[GAIN_SPREAD] * self.zones, [HALO_SPREAD, STRAY_SPREAD], [FLOOD_SPREAD] * self.flood.size]
         return np.concatenate([SPREAD, weights, *rest])
 
     def nominal(self, values: np.ndarray, gains: np.ndarray) -> np.ndarray:
         """(M,) the unknowns of a device with these parameters of its optics (18,) and gains (P,)."""
         weights = np.zeros(self.optics.mixing.shape[1])
-        return np.concatenate([values, weights, np.log(gains), [STRAY], np.zeros(self.flood.size)])
+        return np.concatenate([values, weights, np.log(gains), [HALO, STRAY], np.zeros(self.flood.size)])
 
     def maps(self, unknown: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(P, N) responses and what they are at most, whatever the details of the optics."""
         gains, stray, flood = self.start
-        gain = np.exp(unknown[gains:stray])[:, None]
+        gain, (halo, far) = np.exp(unknown[gains:stray])[:, None], unknown[stray:flood]
         factor = 1 + self.flood.at(x, y) @ unknown[flood:]
         near = gain * self.optics.envelope(unknown[:gains], x, y)
-        return gain * self.optics.maps(unknown[:gains], x, y) * factor + unknown[stray] * near.sum(axis=0), near
+        core = gain * self.optics.maps(unknown[:gains], x, y) * factor
+        return core + halo * near + far * near.sum(axis=0), near
 
     def rows(self, unknown: np.ndarray, x: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Rows:
         """What is modelled of those zones and points that `kept` (P, N) names."""
@@ -81,8 +85,10 @@ class Model:
         for p in range(self.zones):
             at = np.flatnonzero(kept[p])
             scale = gain[p] * factor[at]
-            common = np.zeros((len(at), self.zones + 1))
-            common[:, p], common[:, -1] = base[p, at] * scale, near[:, at].sum(axis=0)
+            common = np.zeros((len(at), self.zones + 2))
+            common[:, p] = base[p, at] * scale + unknown[stray] * near[p, at]
+            common[:, -2] = near[p, at]
+            common[:, -1] = near[:, at].sum(axis=0)
             blocks.append(
                 sparse.hstack(
                     [
@@ -94,4 +100,10 @@ class Model:
                 )
             )
         zone, cell = np.nonzero(kept)
-        return Rows(zone, cell, value[kept], near[kept], sparse.csr_array(sparse.vstack(blocks)))
+        slope = sparse.csr_array(sparse.vstack(blocks))
+        return Rows(zone, cell, value[kept], near[kept], slope, self._tilt(unknown, x, y)[kept])
+
+    def _tilt(self, unknown: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """(P, N, 2) how the maps change per pixel along x and y."""
+        ends = [self.maps(unknown, x + dx, y + dy)[0] for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+        return np.stack([ends[0] - ends[1], ends[2] - ends[3]], axis=-1) / 2

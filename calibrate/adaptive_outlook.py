@@ -5,18 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibrate.adaptive_choice import best_cells
-from calibrate.adaptive_kernel import FLOOR, RELATIVE
 from calibrate.adaptive_model import SEEN, Rows
 from calibrate.adaptive_posterior import Posterior
 
-CANDIDATES, FAR_CELLS = 350, 150
+CANDIDATES, FAR_CELLS = 450, 150
 
 
 @dataclass(frozen=True, eq=False)
 class Outlook:
     """share: (P,) expected squared error of each zone's map over its square. power: (P,) that square.
 
-    some: cells looked at, (N,); rows, covariance: their responses as expected; None where no cell is left in the light.
+    some: cells looked at, (N,). rows, covariance: their responses as expected; noise: variances of the
+    errors a full scan would make in them. All None where no cell is left in the light.
     """
 
     share: np.ndarray
@@ -24,6 +24,7 @@ class Outlook:
     some: np.ndarray
     rows: Rows | None
     covariance: np.ndarray | None
+    noise: np.ndarray | None
 
     @property
     def cosine(self) -> float:
@@ -34,25 +35,27 @@ class Outlook:
         """Cells that reduce the expected errors most, those of the worst zones above all; empty where none is left."""
         if self.rows is None:
             return np.empty(0, int)
-        noise = (RELATIVE * self.rows.value) ** 2 + FLOOR**2
         cost = (self.share / self.power)[self.rows.zone]
-        return self.some[best_cells(self.covariance, self.rows.cell, cost, noise, count)]
+        return self.some[best_cells(self.covariance, self.rows.cell, cost, self.noise, count)]
 
 
 def outlook(post: Posterior, field: np.ndarray, visited: np.ndarray) -> Outlook:
-    """The errors expected in a sample of the cells (K, 2) not yet visited, (K,)."""
+    """The errors expected in a sample of the cells (K, 2) not yet visited, (K,): ours, and those of the full map."""
     zones, samples = post.seen.shape
     value, near = post.model.maps(post.unknown, *field.T)
     kept = (near > SEEN) & ~visited
     lit = np.flatnonzero(kept.any(axis=0))
     dark = np.flatnonzero(~visited & ~kept.any(axis=0))
-    missing, rows, covariance = np.zeros(zones), None, None
+    missing, rows, covariance, noise = np.zeros(zones), None, None, None
     # Another sample each time: a cell that is passed over has its chance later.
     some = np.sort(np.random.default_rng(samples).permutation(lit)[:CANDIDATES])
     if len(some):
         rows = post.model.rows(post.unknown, *field[some].T, kept[:, some])
-        covariance = post.covariance(rows, field[some])
-        missing += np.bincount(rows.zone, np.diag(covariance), zones) * len(lit) / len(some) * post.candour
+        errors = post.candour[rows.zone]
+        covariance = post.covariance(rows, field[some]) * np.sqrt(np.outer(errors, errors))
+        covariance += post.overlooked(rows, field[some])
+        noise = post.noise(rows) * errors
+        missing += np.bincount(rows.zone, np.diag(covariance) + noise, zones) * len(lit) / len(some)
     # Stray light is smooth: a few cells tell how well it is known.
     for cells in (lit, dark):
         few = cells[:: max(len(cells) // FAR_CELLS, 1)]
@@ -60,4 +63,4 @@ def outlook(post: Posterior, field: np.ndarray, visited: np.ndarray) -> Outlook:
             stray = post.far_variance(field[few]) * ~kept[:, few]
             missing += stray.sum(axis=1) * len(cells) / len(few)
     power = np.square(post.seen).sum(axis=1) + (np.square(value) * ~visited).sum(axis=1)
-    return Outlook(missing / power, power, some, rows, covariance)
+    return Outlook(missing / power, power, some, rows, covariance, noise)

@@ -7,13 +7,14 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.spatial.distance import cdist
 
-from calibrate.adaptive_kernel import FLOOR, REACH, departures, matern, noise
+from calibrate.adaptive_kernel import FLOOR, REACH, alone_noise, departures, matern
 from calibrate.adaptive_model import SEEN, Model, Rows
 from calibrate.banded import one_thread
 
 FAR_REACH, FAR_DEPARTURE = 6.0, 0.01  # of stray light: patch radii, share of the peak
 BELIEF = 20.0  # samples' worth of belief that the errors are as the model states them
-LEAST_CANDOUR = 0.1
+LEAST_CANDOUR = 0.3
+OVERLOOKED = 0.03  # of the peak: what may be wrong with the model where no sample is near
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +27,7 @@ class Posterior:
     model: Model
     prior: np.ndarray
     unknown: np.ndarray
-    strengths: tuple[float, float]
+    strengths: np.ndarray
     xy: np.ndarray
     seen: np.ndarray
     sigma: np.ndarray
@@ -47,7 +48,7 @@ class Posterior:
         value, near = self.model.maps(self.unknown, *xy.T)
         kept = near > SEEN
         zone, cell = np.nonzero(kept)
-        there = Rows(zone, cell, value[kept], near[kept], None)
+        there = Rows(zone, cell, value[kept], near[kept], None, None)
         value[kept] += self._local(there, xy) @ self.pull
         for p, far in enumerate(self.far):
             weights = self._far(p, xy[~kept[p]])[0]
@@ -60,7 +61,7 @@ class Posterior:
         """(N, N) covariance of the responses in `there`, cells of which lie at `xy`."""
         spread = self.model.spread**2
         prior = (there.slope * spread) @ there.slope.T
-        prior = prior.toarray() + departures(there, there, xy, xy, self.strengths, self._reach)
+        prior = prior.toarray() + self._departures(there, there, xy, xy)
         across = ((there.slope * spread) @ self.rows.slope.T).toarray() + self._local(there, xy)
         with one_thread():
             half = solve_triangular(self.factor, across.T, lower=True, check_finite=False)
@@ -70,24 +71,46 @@ class Posterior:
         """(P, N) variance of the responses at (N, 2) pixels where they are stray light."""
         return np.stack([self._far(p, xy)[1] for p in range(len(self.seen))])
 
-    @cached_property
-    def candour(self) -> float:
-        """How much larger the squared errors of samples predicted from all others are than stated.
+    def overlooked(self, there: Rows, xy: np.ndarray) -> np.ndarray:
+        """(N, N) covariance of what neither model nor samples tell of: each zone may be off where none was near."""
+        nearest = cdist(xy, self.xy).min(axis=1)
+        alike = matern(cdist(xy, xy) / self._reach)[there.cell[:, None], there.cell]
+        unseen = np.sqrt(1 - np.square(matern(nearest / self._reach)))[there.cell]
+        size = OVERLOOKED * unseen * np.sqrt(np.clip(np.maximum(there.value, there.near), 0, 1))
+        return alike * np.outer(size, size) * (there.zone[:, None] == there.zone)
 
-        Leave-one-out residuals in closed form (Rasmussen & Williams 2006, Eq. 5.12).
+    def noise(self, there: Rows) -> np.ndarray:
+        """(N,) variances of the errors that a scan would make in the responses `there`."""
+        alone = alone_noise(there.value, there.value, np.zeros(len(there.value)))
+        moved = np.square(there.tilt).sum(axis=1) * self.model.optics.radius_px**2
+        return alone + (self.strengths[2] * np.minimum(there.value, 1)) ** 2 + self.strengths[3] ** 2 * moved
+
+    @cached_property
+    def candour(self) -> np.ndarray:
+        """(P,) how much larger the squared errors of samples predicted from all others are than stated, by zone.
+
+        Leave-one-out residuals in closed form (Rasmussen & Williams 2006, Eq. 5.12), all zones of a sample at a time.
         """
         with one_thread():
-            half = solve_triangular(self.factor, np.eye(len(self.factor)), lower=True, check_finite=False)
-        precision = np.square(half).sum(axis=0)
-        stated = 1 / precision
-        own = noise(self.rows, self.seen, self.sigma)
-        excess = np.square(self.lever / precision) - own
-        belief = BELIEF * np.mean(stated - own)
-        return max(float((excess.sum() + belief) / ((stated - own).sum() + belief)), LEAST_CANDOUR)
+            inverse = cho_solve((self.factor, True), np.eye(len(self.factor)), check_finite=False)
+        error, stated = np.empty(len(self.factor)), np.empty(len(self.factor))
+        for cell in np.unique(self.rows.cell):
+            mine = np.flatnonzero(self.rows.cell == cell)
+            covariance = np.linalg.inv(inverse[np.ix_(mine, mine)])
+            error[mine], stated[mine] = np.square(covariance @ self.lever[mine]), np.diag(covariance)
+        believed = BELIEF * stated.mean()
+        overall = (error.sum() + believed) / (stated.sum() + believed)
+        zones = len(self.seen)
+        error, stated = (np.bincount(self.rows.zone, values, zones) for values in (error, stated))
+        return np.maximum((error + believed * overall) / (stated + believed), LEAST_CANDOUR)
 
     def _local(self, there: Rows, xy: np.ndarray) -> np.ndarray:
         """(N, n) covariance of departures with those of the samples."""
-        return departures(there, self.rows, xy, self.xy, self.strengths, self._reach)
+        return self._departures(there, self.rows, xy, self.xy)
+
+    def _departures(self, a: Rows, b: Rows, xy_a: np.ndarray, xy_b: np.ndarray) -> np.ndarray:
+        texture, own = departures(a, b, xy_a, xy_b, self._reach)
+        return self.strengths[0] ** 2 * texture + self.strengths[1] ** 2 * own
 
     @property
     def _reach(self) -> float:

@@ -7,6 +7,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mismatch.blocks import halves
+from mismatch.candidates import MINOR, MINOR_PART
+from mismatch.doubts import doubts
 from mismatch.economy import economical
 from mismatch.fit import Fit, expected_at, fit, fit_nominal, on_others
 from mismatch.form import all_forms
@@ -16,7 +18,7 @@ from mismatch.looks import blur
 from mismatch.naming import contested, name_effects, next_measurement
 from mismatch.noise import frame_gain_sigma
 from mismatch.poisson import expected_deviance
-from mismatch.selection import MINOR, MINOR_PART, Round, select
+from mismatch.selection import Round, select
 from mismatch.simulation import Simulation
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
@@ -76,7 +78,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     kind = "explained" if judged.forms else "agrees"
     # What another formula of the same cause would take up.
     small = rounds[-1].minor is not None and remains < min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
-    if left and not (judged.forms and (small or remains < NEGLIGIBLE * won)):
+    doubted = doubts(simulation, judged, effects)
+    if doubted or (left and not (judged.forms and (small or remains < NEGLIGIBLE * won))):
         kind = "unknown"
     verdict = Verdict(
         verdict=kind,
@@ -85,7 +88,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
         train=_deviances(train, first, judged, missing),
         heldout=(heldout := _deviances(test, first, judged, missing)),
         gap_closed=_closed(heldout) if judged.forms else None,
-        unexplained=left,
+        unexplained=(*left, *doubted),
         not_visible=not_visible(rounds[-1].scores, len(chosen) / frames),
         next_measurement=next_measurement(train, contests),
         seconds=time.monotonic() - began,

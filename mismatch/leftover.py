@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from mismatch.candidates import SIGNIFICANT
 from mismatch.checks import checks
 from mismatch.echoes import echoes
 from mismatch.fit import Fit
 from mismatch.noise import FrameGains
 from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST
-from mismatch.selection import SIGNIFICANT
 from mismatch.simulation import Simulation
 from mismatch.tables import tables
 

@@ -1,13 +1,12 @@
 """What a form promises whose effect looks at the recording: no score, which would flatter it, but its evidence."""
 
 import numpy as np
-from scipy.stats import chi2
 
 from mismatch.fit import Fit, expected_at
 from mismatch.form import Form
 from mismatch.looks import flattery
 from mismatch.noise import FrameGains
-from mismatch.score import Score
+from mismatch.score import Score, log_chance
 from mismatch.simulation import Simulation
 
 
@@ -25,4 +24,4 @@ def looked(simulation: Simulation, fitted: Fit, form: Form) -> Score:
     reached = gains.deviance(expected) + flattery(simulation, fitted.gain, settings)
     gain, dof = fitted.deviance - reached, len(form.coordinates)
     strengths = sum(form.sizes.get(name, 1) if name in form.own else 1 for name in form.strengths)
-    return Score(form, np.ones(strengths), gain, dof, float(chi2.logsf(max(gain, 0.0), dof)), 0.0)
+    return Score(form, np.ones(strengths), gain, dof, log_chance(gain, dof), 0.0)

@@ -4,11 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from mismatch.estimated_sensor import estimated_sensor
 from mismatch.simulation import Simulation
 from physics.footprint import Footprints, footprints
 from physics.light import Light, direct_light
+from physics.motion import Motion
 from physics.sensor import SensorModel
 from physics.sensor_file import load_sensor
 from recordings.files import kind_of, load, maps_of
@@ -51,6 +53,15 @@ def simulation_of(
     recording: Recording, maps: ResponseMaps, sensor: SensorModel | None = None, name: str = "recording"
 ) -> tuple[Simulation, SensorModel, tuple[str, ...]]:
     """The same from a recording and maps at hand."""
+    # Matrices are slim; threads for them would wait on those that render.
+    with threadpool_limits(1, user_api="blas"):
+        return _simulation_of(recording, maps, sensor, name)
+
+
+def _simulation_of(
+    recording: Recording, maps: ResponseMaps, sensor: SensorModel | None, name: str
+) -> tuple[Simulation, SensorModel, tuple[str, ...]]:
+    """See `simulation_of`."""
     counts = np.asarray(recording.counts)
     frames, zones, bins = counts.shape
     if frames < 2:
@@ -131,8 +142,10 @@ def _light(recording: Recording, chosen: np.ndarray, stride: int, shots: int | N
     cycles = shots if recording.laser_cycles is None else recording.laser_cycles
     if cycles is not None and np.ndim(cycles):
         cycles = np.asarray(cycles)[chosen]
-    times = np.asarray(recording.timestamp_s, float)[chosen]
+    times = np.asarray(recording.timestamp_s, float)[chosen] - float(recording.timestamp_s[0])
+    poses = recording.camera_pose
+    motion = None if poses is None else Motion.of(times, np.asarray(poses)[chosen], np.asarray(poses)[0])
     return direct_light(
         depth, intrinsics, images("reflectance"), images("incidence_cosine"),
-        time_s=times - float(recording.timestamp_s[0]), laser_cycles=cycles,
+        time_s=times, laser_cycles=cycles, motion=motion,
     )  # fmt: skip

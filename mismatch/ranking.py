@@ -6,21 +6,21 @@ from mismatch.looked import looked, looks
 from mismatch.projection import Projection
 from mismatch.score import Score, score
 from mismatch.simulation import Simulation
-from physics.workers import in_parallel
 
 
 def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
     """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
     projection = Projection(simulation, fitted)
-    forms = [*forms, *suggested(simulation, fitted, forms)]
     by_effect: dict[str, list[Form]] = {}
     for form in forms:
         by_effect.setdefault(form.effect.id, []).append(form)
 
-    def one(same: list[Form]) -> list[Score]:
-        return [s for s in (promise(simulation, fitted, projection, form) for form in same) if s is not None]
+    def of_effect(same: list[Form]) -> list[Score]:
+        # Where effects that look begin, only the data say.
+        every = (*(form for form in same if not looks(form)), *suggested(simulation, fitted, same))
+        return [s for s in (promise(simulation, fitted, projection, form) for form in every) if s is not None]
 
-    found = [s for part in in_parallel(one, by_effect.values(), singly=True) for s in part]
+    found = [s for part in simulation.each(of_effect, by_effect.values()) for s in part]
     best: dict[tuple, Score] = {}
     for s in found:
         key = (s.form.effect.id, s.form.free, s.form.own)

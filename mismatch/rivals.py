@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mismatch.candidates import Candidate, cost
 from mismatch.fit import Fit, fit, on_others
 from mismatch.form import Form
 from mismatch.score import start_of
-from mismatch.selection import Candidate, Round, coordinates, cost
+from mismatch.selection import Round, coordinates
 from mismatch.simulation import Simulation
 from recordings.refusal import Refusal
 

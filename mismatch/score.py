@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import gammaln
 from scipy.stats import chi2
 
 from mismatch.fit import Fit
@@ -86,7 +87,16 @@ def score(simulation: Simulation, fitted: Fit, projection: Projection, form: For
     whole[kept] = amplitude
     dof = int(kept.sum())
     shown = float(np.diag(information).max() if form.own else kept @ information @ kept)
-    return Score(form, whole, gain, dof, float(chi2.logsf(max(gain, 0), dof)), shown)
+    return Score(form, whole, gain, dof, log_chance(gain, dof), shown)
+
+
+def log_chance(gain: float, dof: int) -> float:
+    """Logarithm of the chance that noise gains as much, by so many numbers."""
+    found = float(chi2.logsf(max(gain, 0.0), dof))
+    if np.isfinite(found):
+        return found
+    # Far out the tail is its first term (Abramowitz and Stegun 26.4.12), which no number is too small for.
+    return float((dof / 2 - 1) * np.log(gain / 2) - gain / 2 - gammaln(dof / 2))
 
 
 def amplitude_bounds(form: Form, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -3,62 +3,20 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
-from mismatch.fit import Fit, fit, fit_nominal, on_others
+from mismatch.candidates import SIGNIFICANT, Candidate, candidates_of, price
+from mismatch.fit import Fit, fit, fit_nominal
 from mismatch.form import Form
-from mismatch.gained import gained
 from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
-from mismatch.score import Score, start_of
+from mismatch.score import Score
 from mismatch.simulation import Simulation
 
-# Chance at which noise is let in, after correction for the number of forms tried.
-SIGNIFICANT = 1e-3
 MOST_EFFECTS = 3
 # So many effects are fitted in full; what ranks lower by the score test is left.
 FITTED = 6
-# A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
-# is no name: two formulas of one cause differ by as much.
-MINOR, MINOR_PART = 60.0, 0.08
-# One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
-MINOR_AS_EXPECTED = 30.0
-# Deviance by which an effect must beat others where its name is stretched.
-STRAINED = 12.0
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """An effect beside those already chosen, fitted.
-
-    score: what it promised. fit: of the frames that choose. criterion: deviance there, and the price of its parameters
-    (Schwarz 1978). heldout: deviance on the frames that decide. z: how many standard deviations the change it makes
-    stands out of the noise of those frames.
-    observed, expected_gain: what deviance it gains there, and what it should if it were the cause.
-    """
-
-    score: Score
-    fit: Fit
-    criterion: float
-    heldout: float
-    z: float
-    observed: float
-    expected_gain: float
-
-    @property
-    def form(self) -> Form:
-        """Its form."""
-        return self.score.form
-
-    def is_minor(self, won: float) -> bool:
-        """Whether it gains too little to be a cause of its own beside others, which gained `won`.
-
-        The gain of a true cause scatters about what is expected by twice its root, as likelihood ratios do.
-        """
-        as_expected = self.observed > self.expected_gain - 2 * np.sqrt(max(self.expected_gain, 0.0))
-        return self.observed < max(MINOR_AS_EXPECTED if as_expected else MINOR, MINOR_PART * won)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,28 +36,6 @@ class Round:
     minor: Candidate | None = None
 
 
-def price(simulation: Simulation) -> float:
-    """Deviance that a parameter must gain to be worth having: logarithm of the number of histograms (BIC)."""
-    return float(np.log(simulation.counts.shape[0] * simulation.counts.shape[1]))
-
-
-def cost(simulation: Simulation, fitted: Fit) -> float:
-    """Deviance that a fit's parameters must gain, and its effects where their names are stretched."""
-    rendering = simulation.rendering(fitted.gain)
-    strained = sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
-    return price(simulation) * len(fitted.x) + STRAINED * strained
-
-
-def candidate(train: Simulation, test: Simulation, before: Fit, found: Score) -> Candidate:
-    """A form beside those of a fit, fitted on some frames and judged on others."""
-    x = np.concatenate([before.x, start_of(found.form, found.amplitude)])
-    fitted = fit(train, (*before.forms, found.form), x, before.frame_gain_sigma)
-    won = gained(test, before, fitted)
-    criterion = fitted.deviance + cost(train, fitted)
-    heldout = on_others(test, fitted)[1]
-    return Candidate(found, fitted, criterion, heldout, won.z, won.observed, won.expected)
-
-
 def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
     """Add one effect at a time while the frames held out agree; drop what another makes superfluous."""
     now = fit_nominal(train)
@@ -111,8 +47,8 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
         scores, tried = ranked(train, now, left)
         significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]
         chosen = most_promising(significant)
-        candidates = sorted((candidate(train, test, now, s) for s in chosen), key=lambda c: c.criterion)
-        passed = [c for c in candidates if norm.sf(c.z) * len(chosen) < SIGNIFICANT and c.observed > 0]
+        candidates = candidates_of(train, test, now, chosen)
+        passed = [c for c in candidates if c.stands_out(len(chosen))]
         best = passed[0] if passed else None
         if best is not None and now.forms and best.is_minor(won):
             rounds.append(Round(now, tuple(scores), tried, tuple(candidates), None, best))

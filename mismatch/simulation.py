@@ -1,8 +1,10 @@
 """A recording beside its simulation: the same frames, under any effects."""
 
 import threading
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +14,10 @@ from physics.footprint import Footprints
 from physics.light import Light, Return
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
+from physics.workers import in_parallel
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 # Expected counts are kept at so many settings, or fewer that hold so many numbers: fits and tests come back to them.
 RECENT = 12
@@ -41,6 +47,12 @@ class Simulation:
     def model(self) -> ForwardModel:
         """The forward model of these frames."""
         return ForwardModel(self.light, self.footprints, self.clock, self.background, self.counts)
+
+    def each(self, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+        """What `work` on this simulation gives for each item: at once where little enough is kept for each thread."""
+        frames, height, width = self.light.range_m.shape
+        numbers = frames * (height * width + self.counts.shape[1] * self.clock.lattice.size)
+        return in_parallel(work, items, singly=True) if numbers < NUMBERS else [work(item) for item in items]
 
     @cached_property
     def _recent(self) -> threading.local:

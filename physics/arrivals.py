@@ -55,16 +55,11 @@ class Arrivals:
 
         Light between two knots is given to both in proportion: exact in its mean time, wider by at most half a step.
         """
-        shape = self.light.shape[:2]
-        steps = np.broadcast_to(np.asarray(delay_s, float) / self.lattice.step_s, shape)
-        moved = np.zeros_like(self.light)
-        for i, p in np.ndindex(shape):
-            whole = int(np.floor(steps[i, p]))
-            part = steps[i, p] - whole
-            for shift, share in ((whole, 1 - part), (whole + 1, part)):
-                if abs(shift) < self.lattice.size:
-                    to, source = _overlap(self.lattice.size, shift)
-                    moved[i, p, to] += share * self.light[i, p, source]
+        light = np.ascontiguousarray(self.light)
+        steps = np.asarray(delay_s, float) / self.lattice.step_s
+        steps = np.ascontiguousarray(np.broadcast_to(steps, light.shape[:2]))
+        moved = np.empty(light.shape)
+        in_parallel(lambda i: _delay(light[i], steps[i], moved[i]), range(len(light)))
         return replace(self, light=moved)
 
 
@@ -102,12 +97,6 @@ def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
     return Arrivals(sums[0] if len(blocks) == 1 else sums.sum(axis=0), lattice, clock.bins)
 
 
-def _overlap(size: int, shift: int) -> tuple[slice, slice]:
-    """Where entries land that move by `shift`, and where they come from."""
-    kept = size - abs(shift)
-    return (slice(shift, size), slice(0, kept)) if shift >= 0 else (slice(0, kept), slice(-shift, size))
-
-
 def _shares(lattice: Lattice) -> np.ndarray:
     """(M,) share of a pulse in a bin, by knot, from the earliest that still reaches it to the latest."""
     n, steps = lattice.per_bin, len(lattice.cumulative) - 1
@@ -143,6 +132,22 @@ def _share(at, given, row):
     later = given * (at - whole)
     row[knot] += given - later
     row[knot + np.uint64(1)] += later
+
+
+@njit(nogil=True, cache=True)
+def _delay(light, steps, out):
+    """Fill (P, J) knots with those of `light`, each row later by its own number of steps, earlier where negative."""
+    zones, size = light.shape
+    for p in range(zones):
+        # Beyond the lattice either way all is gone.
+        by = min(max(steps[p], -size - 1.0), size + 1.0)
+        whole = np.int64(np.floor(by))
+        later = by - whole
+        out[p] = 0.0
+        for j in range(max(whole, 0), min(whole, 0) + size):
+            out[p, j] += (1 - later) * light[p, j - whole]
+        for j in range(max(whole + 1, 0), min(whole + 1, 0) + size):
+            out[p, j] += later * light[p, j - whole - 1]
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})

@@ -17,7 +17,6 @@ stands between two patches is not looked for: all that face each other exchange 
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -26,6 +25,7 @@ from scipy.constants import speed_of_light
 from physics.arrivals import _splat
 from physics.clock import Clock
 from physics.footprint import Footprints
+from physics.kept import kept_with_light
 from physics.light import Light
 from physics.normals import solid_angles, vector_areas
 from physics.workers import in_parallel
@@ -50,11 +50,11 @@ class Patches:
 
 
 # A fit asks for the same geometry again and again, with other strengths.
-@lru_cache(maxsize=1)
+@kept_with_light
 def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
     """(F, P, J) light by knot of the clock's lattice, pixels · 1/m², that bounced between two visible surfaces.
 
-    Not to be written to: whoever asks for the same again gets the same array.
+    Not to be written to: whoever asks for the same again may get the same array.
     """
     lattice, seen = clock.lattice, footprints.seen
     zones = seen[0][1].shape[1]
@@ -72,7 +72,6 @@ def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndar
         _exchange(*geometry, response, offset[i], 2 / speed_of_light / lattice.step_s, out[i])
 
     in_parallel(one, range(light.frames))
-    out.setflags(write=False)
     return out
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 
 from physics.geometry import incidence_cosine, inverse_pinhole, pixel_rays
+from physics.motion import Motion
 from physics.pages import zeros
 from physics.workers import in_parallel
 from recordings.refusal import Refusal
@@ -35,6 +36,7 @@ class Light:
     unknown. intrinsics: (3, 3) pinhole matrix of the grid. range_m, reflectance, cosine: (F, H, W) float32 of
     the surfaces that are lit directly. returns: the ways light takes; the first is the direct one.
     missing: (F,) pixels that contribute nothing because depth, reflectance or incidence is not known there.
+    motion: of the camera, in these frames at least; None where it is not known.
     """
 
     time_s: np.ndarray
@@ -45,6 +47,7 @@ class Light:
     cosine: np.ndarray
     returns: tuple[Return, ...]
     missing: np.ndarray
+    motion: Motion | None = None
 
     @property
     def frames(self) -> int:
@@ -66,13 +69,14 @@ def direct_light(
     time_s: np.ndarray | None = None,
     laser_cycles: np.ndarray | None = None,
     first_frame: int = 0,
+    motion: Motion | None = None,
 ) -> Light:
     """The nominal model's light: strength ρ·cosθ/r² at range r = |X| of every pixel's point X.
 
     depth_m: (F, H, W) metres along z. intrinsics: (3, 3). reflectance: like depth_m, 1 where None. cosine: like
     depth_m, from depth where None; a surface that faces away (cosine below 0) returns nothing. time_s: (F,).
-    laser_cycles: (F,) or one for all. first_frame: which of a recording's frames is the first of these. Raises
-    `Refusal` naming frame and pixel where a value cannot be.
+    laser_cycles: (F,) or one for all. first_frame: which of a recording's frames is the first of these. motion: of the
+    camera. Raises `Refusal` naming frame and pixel where a value cannot be.
     """
     depth = np.require(depth_m, np.float32, ("C", "W"))
     if depth.ndim != 3:
@@ -91,9 +95,8 @@ def direct_light(
     in_parallel(one, range(len(depth)))
     times = np.arange(len(depth), dtype=float) if time_s is None else np.asarray(time_s, float)
     cycles = None if laser_cycles is None else np.broadcast_to(np.asarray(laser_cycles, float), len(depth))
-    return Light(
-        times, cycles, np.asarray(intrinsics, float), ranges, albedo, given, (Return(ranges, strength),), missing
-    )
+    returns = (Return(ranges, strength),)
+    return Light(times, cycles, np.asarray(intrinsics, float), ranges, albedo, given, returns, missing, motion)
 
 
 def _like(depth: np.ndarray, name: str, values: np.ndarray) -> np.ndarray:

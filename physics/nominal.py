@@ -16,6 +16,7 @@ from physics.arrivals import Arrivals, arrivals
 from physics.clock import Clock
 from physics.effect import Setting, in_order
 from physics.footprint import Footprints
+from physics.kept import same_knots
 from physics.light import Light
 from physics.rendering import NOUNS, Rendering
 from recordings.refusal import Refusal
@@ -24,8 +25,6 @@ from recordings.refusal import Refusal
 # numbers for one key are more than this.
 KEPT = 4
 MANY = 1 << 22
-# Lattices whose first knots differ by less than this part of a step are the same.
-ROUNDING = 1e-9
 
 
 class ForwardModel:
@@ -92,19 +91,10 @@ class ForwardModel:
         kept = self._kept.__dict__.get("latest")
         if kept is not None:
             light, footprints, clock, made = kept
-            mine, other = now.clock.lattice, made.lattice
-            if (
-                light is now.light
-                and footprints is now.footprints
-                and np.array_equal(clock.time_zero_s, now.clock.time_zero_s)
-                and mine.per_bin == other.per_bin
-                and mine.size <= other.size
-                and np.isclose(mine.step_s, other.step_s, rtol=ROUNDING, atol=0)
-                and abs(mine.first_s - other.first_s) < ROUNDING * mine.step_s
-            ):
+            if light is now.light and footprints is now.footprints and same_knots(now.clock, clock):
                 # What arrives later than a shorter pulse is seen for is left out.
-                seen = np.ascontiguousarray(made.light[..., : mine.size])
-                return Arrivals(seen, mine, now.clock.bins)
+                lattice = now.clock.lattice
+                return Arrivals(np.ascontiguousarray(made.light[..., : lattice.size]), lattice, now.clock.bins)
         made = arrivals(now.light, now.footprints, now.clock)
         self._kept.__dict__["latest"] = now.light, now.footprints, now.clock, made
         return made

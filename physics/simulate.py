@@ -10,6 +10,7 @@ import numpy as np
 
 from physics.footprint import Footprints, footprints
 from physics.light import Light, Return, direct_light
+from physics.motion import Motion
 from physics.nominal import ForwardModel
 from physics.photons import draw_counts
 from physics.scene.view import View, Views
@@ -68,19 +69,29 @@ def simulate(
         gain = peak / fullest
     everything = replace(views, views=itertools.chain([first], views.views))
     tally = Tally()
-    frames = _frames(everything, where, sensor, gain, first.timestamp_s, rng, tally)
+    frames = _frames(everything, where, sensor, gain, first, rng, tally)
     return Stream(_static(views, first, sensor, gain), frames, views.count), tally
 
 
 def light_of(
-    batch: list[View], intrinsics: np.ndarray, sensor: SensorModel, start_s: float, first_frame: int = 0
+    batch: list[View],
+    intrinsics: np.ndarray,
+    sensor: SensorModel,
+    start_s: float,
+    first_frame: int = 0,
+    start_pose: np.ndarray | None = None,
 ) -> Light:
-    """What the scene sends back in a batch of views from `first_frame` on; the session began at `start_s`."""
+    """What the scene sends back in a batch of views from `first_frame` on; the session began at `start_s`.
+
+    start_pose: (4, 4) of the camera then, world from camera; where None that of the first view.
+    """
     depth, reflectance, cosine, gloss = (
         None if getattr(batch[0], name) is None else np.stack([getattr(view, name) for view in batch])
         for name in ("depth_m", "reflectance", "incidence_cosine", "gloss")
     )
     times = np.array([view.timestamp_s for view in batch]) - start_s
+    poses = [view.camera_pose for view in batch]
+    known = all(pose is not None for pose in poses)
     light = direct_light(
         depth,
         intrinsics,
@@ -89,6 +100,7 @@ def light_of(
         time_s=times,
         laser_cycles=sensor.laser_cycles,
         first_frame=first_frame,
+        motion=Motion.of(times, np.stack(poses), start_pose) if known else None,
     )
     if gloss is None:
         return light
@@ -101,7 +113,7 @@ def _frames(
     where: Footprints,
     sensor: SensorModel,
     gain: float,
-    start_s: float,
+    start: View,
     rng: np.random.Generator,
     tally: Tally,
 ) -> Iterator[dict[str, Any]]:
@@ -110,8 +122,9 @@ def _frames(
     size = max(1, min(BATCH_FRAMES, BATCH_PIXELS // (grid[0] * grid[1])))
     reaches = [setting.effect.reach(setting.values) for setting in sensor.effects]
     done = 0
-    for around, batch in windows(_on_grid(scene.views, grid), size, start_s, reaches):
-        light = light_of(around, scene.intrinsics, sensor, start_s, done - batch.start)
+    for around, batch in windows(_on_grid(scene.views, grid), size, start.timestamp_s, reaches):
+        sent = (scene.intrinsics, sensor, start.timestamp_s, done - batch.start, start.camera_pose)
+        light = light_of(around, *sent)
         done += batch.stop - batch.start
         model = ForwardModel(light, where, clock, sensor.background_counts)
         counts = draw_counts(model.expected(gain, sensor.effects)[batch], rng)

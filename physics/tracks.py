@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.signal import fftconvolve
 
 from physics.rendering import Rendering
@@ -27,32 +28,36 @@ class Track:
 
 
 def straight_tracks(
-    excess: np.ndarray, expected: np.ndarray, rendering: Rendering, fastest: float = np.inf, most: int = 4
+    excess: np.ndarray,
+    expected: np.ndarray,
+    rendering: Rendering,
+    fastest: float = np.inf,
+    most: int = 4,
+    way_s: np.ndarray | float = 0.0,
 ) -> list[Track]:
     """Where a pulse of the clock's shape would explain most of an excess, best first, `most` of them.
 
     excess: (F, P, T) recorded less expected counts. fastest: seconds by which it may arrive later or earlier for each
-    second of the session. It crosses the window once at most. The pulse is a matched filter for white noise (Turin
+    second of the session. It crosses the window once at most. way_s: (F,) seconds by which it arrives later in each
+    frame beside that, straight or not. The pulse is a matched filter for white noise (Turin
     1960, IRE Trans. Inf. Theory 6, 311), and each zone has its own strength along the line, 0 or more.
     """
-    clock, time_s, (frames, zones, bins) = rendering.clock, rendering.light.time_s, excess.shape
+    clock, time_s, (frames, _, bins) = rendering.clock, rendering.light.time_s, excess.shape
     parts = np.array_split(np.arange(frames), min(frames, MOST_PARTS))
     times = np.array([time_s[part].mean() for part in parts])
+    ways = np.array([np.broadcast_to(way_s, frames)[part].mean() for part in parts]) / clock.bin_width_s
     summed, mean = (np.stack([counts[part].sum(axis=0) for part in parts]) for counts in (excess, expected))
     pulse = clock.pulse.in_bins((bins + 0.5) * clock.bin_width_s, 2 * bins + 1, clock.bin_width_s)
     pulse = pulse / max(np.sqrt((pulse**2).sum()), 1e-12)
-    matched = fftconvolve(summed / np.sqrt(np.maximum(mean, 1)), pulse[None, None, ::-1], mode="same", axes=-1)
+    white = summed / np.sqrt(np.maximum(mean, 1))
+    matched = np.ascontiguousarray(fftconvolve(white, pulse[None, None, ::-1], mode="same", axes=-1))
 
     lasted = max(float(np.ptp(times)), 1e-9)
     reach = min(bins, int(np.ceil(min(fastest * lasted / clock.bin_width_s, bins))))
     found = []
     for slope in np.linspace(-reach, reach, min(2 * reach + 1, MOST_SLOPES)):
-        along, passed = np.zeros((zones, 3 * bins)), np.zeros(3 * bins)
-        for part, shift in enumerate(np.rint(slope * (times - times[0]) / lasted).astype(int)):
-            # Lines that begin up to a window before the first bin, or after the last, may enter later.
-            inside = slice(bins - shift, 2 * bins - shift)
-            along[:, inside] += matched[part]
-            passed[inside] += 1
+        shifts = np.rint(slope * (times - times[0]) / lasted + ways).astype(int)
+        along, passed = _along(matched, np.clip(shifts, -bins, bins))
         # What is seen in few frames only needs more of an excess.
         sigmas = along / np.sqrt(np.maximum(passed, len(parts) / 4))
         evidence = (np.maximum(sigmas, 0) ** 2).sum(axis=0)
@@ -70,3 +75,20 @@ def straight_tracks(
         )
         for evidence, first, slope in chosen[:most]
     ]
+
+
+@njit(nogil=True, cache=True)
+def _along(matched, shifts):
+    """Sums (P, 3 T) of N parts (N, P, T), each earlier by its shift, and how many there are (3 T,).
+
+    Lines that begin up to a window before the first bin, or after the last, may enter later.
+    """
+    parts, zones, bins = matched.shape
+    along, passed = np.zeros((zones, 3 * bins)), np.zeros(3 * bins)
+    for part in range(parts):
+        first = bins - shifts[part]
+        passed[first : first + bins] += 1
+        for p in range(zones):
+            for t in range(bins):
+                along[p, first + t] += matched[part, p, t]
+    return along, passed

@@ -15,13 +15,16 @@ PARCELS = 4
 _inside = threading.local()
 
 
-def in_parallel(work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-    """What `work` gives for each item, in order; the first error is raised. Within `work` it goes one by one."""
+def in_parallel(work: Callable[[Item], Result], items: Iterable[Item], *, singly: bool = False) -> list[Result]:
+    """What `work` gives for each item, in order; the first error is raised. Within `work` it goes one by one.
+
+    singly: items are handed over one at a time, for few that take long and differ in how long.
+    """
     items = list(items)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if min(cores, len(items)) < 2 or getattr(_inside, "working", False):
         return [work(item) for item in items]
-    size = -(-len(items) // (PARCELS * cores))
+    size = 1 if singly else -(-len(items) // (PARCELS * cores))
     parcels = [items[at : at + size] for at in range(0, len(items), size)]
 
     def one(parcel: list[Item]) -> list[Result]:

@@ -4,21 +4,31 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from physics.arrivals import Arrivals
+from physics.bin_waves import telling_period
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+
+# Bins from one tap of a delay line, or tick of the clock it divides, to where its pattern begins again.
+CYCLE = 8
+TAPS = tuple(f"tap_{k}" for k in range(1, CYCLE))
 
 
 class BinNonlinearity(Effect):
     """The edge before bin t of T is displaced by edge_t + alternation · (-1)^t + slope · T/π · sin(π·t/T) +
-    wave_sin · sin(2π·t/period) + wave_cos · (cos(2π·t/period) - 1) bins.
+    wave_sin · sin(2π·t/period) + wave_cos · (cos(2π·t/period) - 1) + Σ_{s<t} (tap_{s mod 8} - mean tap) bins.
 
     Bins of unequal width are displaced edges: a converter's delays add up, so that an edge lies where the widths before
     it end. Odd and even bins differ where a converter counts both flanks of a clock of unequal halves; the slow part
     bends the whole scale; a wave is that of a converter that interpolates between the ticks of a slower clock, and
-    begins with nothing at the first edge, as widths that add up do. Signal between the displaced edges is read off its
-    cumulative, which the arrivals give step by step of the pulse; what other effects and the background add is known by
-    bin only, and is taken to be monotone cubic between the true edges. Every count is kept, for the outermost edges
-    stay, and none turns negative; an edge that would lie before the one before it lies there.
+    begins with nothing at the first edge, as widths that add up do; taps are a pattern that comes again every eighth
+    bin, hence every fourth or second too. Signal between the displaced edges is read off its cumulative, which the
+    arrivals give step by step of the pulse; what other effects and the background add is known by bin only, and is
+    taken to be monotone cubic between the true edges. Every count is kept, for the outermost edges stay, and none turns
+    negative; an edge that would lie before the one before it lies there.
+
+    A bin whose place is kept by other means, or whose gate opens for longer or shorter, is wider or narrower where it
+    is: it holds its own counts times its width, the distance of its edges. `moved` is the part of counts that goes with
+    displaced edges, the rest stays in place. `width` is by how much a bin is wider in place beside that.
     """
 
     id = "bin_nonlinearity"
@@ -30,7 +40,13 @@ class BinNonlinearity(Effect):
         ),
         LookAlike("bin_phase", "Cover the emitter and look at the ambient pedestal: only unequal bins show there."),
     )
-    forms = (("edge",), ("alternation", "slope"), ("wave_sin", "wave_cos", "period"))
+    forms = (
+        ("edge",),
+        ("width",),
+        ("alternation", "slope", "moved"),
+        ("wave_sin", "wave_cos", "period", "moved"),
+        (*TAPS, "moved"),
+    )
     parameters = (
         Parameter(
             "edge",
@@ -60,48 +76,97 @@ class BinNonlinearity(Effect):
             vanishes_at=0.0,
             sentence="By how much the first bin is wider and the last one narrower.",
         ),
-        Parameter("wave_sin", "bins", -0.4, 0.4, 0.05, "Sine of a displacement that comes and goes.", vanishes_at=0.0),
-        Parameter("wave_cos", "bins", -0.4, 0.4, 0.05, "Cosine of it, less 1.", vanishes_at=0.0),
+        Parameter("wave_sin", "bins", -4.0, 4.0, 0.05, "Sine of a displacement that comes and goes.", vanishes_at=0.0),
+        Parameter("wave_cos", "bins", -4.0, 4.0, 0.05, "Cosine of it, less 1.", vanishes_at=0.0),
         Parameter(
             "period",
             unit="bins",
-            low=3.0,
+            low=2.5,
             high=200.0,
             start=16.0,
-            tries=(6.0, 9.0, 12.0, 16.0, 24.0, 40.0),
             sentence="Bins from one wave to the next.",
+        ),
+        Parameter(
+            "width",
+            unit="1",
+            low=-0.9,
+            high=2.0,
+            start=0.05,
+            vanishes_at=0.0,
+            axis="bin",
+            sentence="By what part a bin is wider in place, whose neighbours do not move.",
+        ),
+        *(
+            Parameter(
+                tap,
+                unit="bins",
+                low=-0.5,
+                high=0.5,
+                start=0.05,
+                vanishes_at=0.0,
+                sentence=f"By how much bins {k}, {k + CYCLE} and so on are wider than bins 0, {CYCLE} and so on.",
+            )
+            for k, tap in enumerate(TAPS, start=1)
+        ),
+        Parameter(
+            "moved",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1.0,
+            tries=(1.0, 0.0),
+            sentence="Part of the counts that goes with edges that are displaced; 0 where bins are wider in place.",
         ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """Counts between displaced edges."""
+        """Counts between displaced edges, and of bins that are wider in place."""
         counts, bins = rendering.expected, rendering.expected.shape[-1]
-        moved = _edges(values, bins)
-        even = np.arange(bins + 1.0)
-        if (moved == even).all():
-            return counts
-        arrivals = getattr(rendering, "arrivals", None)
-        rest, more = counts, 0.0
-        if arrivals is not None:
-            rest = counts - rendering.gain * arrivals.binned()
-            more = rendering.gain * _between(arrivals, even, moved)
-        until = np.concatenate([np.zeros_like(rest[..., :1]), np.cumsum(rest, axis=-1)], axis=-1)
-        more = more + PchipInterpolator(even, until, axis=-1)(moved) - until
-        # Where there are no counts, rounding alone could bring a bin below 0.
-        return np.maximum(counts + np.diff(more, axis=-1), 0)
+        late = _displaced(values, bins)
+        if late.any():
+            part = values["moved"]
+            moved = part * _moved(counts, late, rendering) if part > 0 else 0.0
+            counts = moved + (1 - part) * np.maximum(1 + np.diff(late), 0) * counts
+        return counts * (1 + values["width"]) if np.any(values["width"]) else counts
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The wave that shows most, of bins that move and of those that stay."""
+        period = self.parameter("period")
+        return [
+            {"period": telling_period(excess, expected, bool(moved), period.low, period.high), "moved": moved}
+            for moved in self.parameter("moved").tries
+        ]
 
 
-def _edges(values: Values, bins: int) -> np.ndarray:
-    """(T + 1,) where the edges are, in bins."""
+def _displaced(values: Values, bins: int) -> np.ndarray:
+    """(T + 1,) how much later each edge is, bins."""
     even = np.arange(bins + 1.0)
-    moved = even + values["slope"] * bins / np.pi * np.sin(np.pi * even / bins) + values["alternation"] * (-1) ** even
+    late = values["slope"] * bins / np.pi * np.sin(np.pi * even / bins) + values["alternation"] * (-1) ** even
     angle = 2 * np.pi * even / values["period"]
-    moved += values["wave_sin"] * np.sin(angle) + values["wave_cos"] * (np.cos(angle) - 1)
-    moved[:-1] += values["edge"]
+    late += values["wave_sin"] * np.sin(angle) + values["wave_cos"] * (np.cos(angle) - 1)
+    taps = np.array([0.0, *(values[tap] for tap in TAPS)])
+    late[1:] += np.cumsum(np.resize(taps - taps.mean(), bins))
+    late[:-1] += values["edge"]
+    return late
+
+
+def _moved(counts: np.ndarray, late: np.ndarray, rendering: Rendering) -> np.ndarray:
+    """(F, P, T) counts between edges (T + 1,) that are so much later."""
+    even = np.arange(len(late) + 0.0)
+    bins = even[-1]
+    moved = even + late
     moved[0] = 0
     moved = np.maximum.accumulate(np.minimum(moved, bins))
     moved[-1] = bins
-    return moved
+    arrivals = getattr(rendering, "arrivals", None)
+    rest, more = counts, 0.0
+    if arrivals is not None:
+        rest = counts - rendering.gain * arrivals.binned()
+        more = rendering.gain * _between(arrivals, even, moved)
+    until = np.concatenate([np.zeros_like(rest[..., :1]), np.cumsum(rest, axis=-1)], axis=-1)
+    more = more + PchipInterpolator(even, until, axis=-1)(moved) - until
+    # Where there are no counts, rounding alone could bring a bin below 0.
+    return np.maximum(counts + np.diff(more, axis=-1), 0)
 
 
 def _between(arrivals: Arrivals, start: np.ndarray, stop: np.ndarray) -> np.ndarray:

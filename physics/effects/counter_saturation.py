@@ -50,6 +50,10 @@ class CounterSaturation(Effect):
         shown = mean * gammaincc(ceiling - 1, mean) + ceiling * gammainc(ceiling, mean)
         return mean + values["lost"] * (shown - mean)
 
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A counter that goes on to count most of what comes has not stopped."""
+        return 0 < values["lost"] < 0.5
+
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The largest count there is, and a little less."""
         largest = float((expected + excess).max())

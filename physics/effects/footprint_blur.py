@@ -41,6 +41,8 @@ class FootprintBlur(Effect):
             low=-400.0,
             high=2500.0,
             start=36.0,
+            # What sharpens is no mirror image of what blurs: it cannot go below 0. A patch of 35 px, taken off.
+            tries=(36.0, -100.0),
             vanishes_at=0.0,
             sentence="Square of the blur's standard deviation in pixels of the full-size image; negative sharpens.",
         ),

@@ -1,7 +1,6 @@
 """`multipath`: light takes a second bounce."""
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from scipy.constants import speed_of_light
@@ -12,17 +11,17 @@ from physics.bounce import second_bounce
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
+from physics.kept import kept_with_light
 from physics.light import Light, Return
-from physics.normals import solid_angles, vector_areas
+from physics.normals import solid_angles
+from physics.outside_plane import by_way_of_plane
 from physics.rendering import Rendering
+from physics.replicas import replicas
 from physics.workers import in_parallel
-
-# Surfaces nearer to the outside plane than this part of its distance get less light of it in proportion, none behind.
-EDGE = 0.1
 
 
 class Multipath(Effect):
-    """Three ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
+    """Four ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
 
     Between two visible surfaces: `physics.bounce`.
 
@@ -33,20 +32,26 @@ class Multipath(Effect):
 
     one cosine and 1/π for the light the face catches, one for what it sends. It falls as the square of the signal.
 
-    By way of a surface outside the view: a plane parallel to the optical axis lights the target as an image of the
-    sensor would that stands behind it. It is as far from the target as the target's own image X' is from the sensor.
-    With θ' the incidence of its light on the target,
+    Between target and sensor the same way again: what falls on the receiver's lens is sent back by what lies in its
+    focus to where it came from, as by a cat's eye, and returns from there once more:
+
+        S'_i = retro · S_i²,   at 4 r_i / c
+
+    By way of a surface outside the view: a plane lights the target as an image of the sensor would that stands behind
+    it. It is as far from the target as the target's own image X' is from the sensor. With θ' the incidence of its light
+    on the target,
 
         S' = outside · ρ · cosθ' / |X'|²,   at (r + |X'|) / c
 
     in the zones that see the target. Light that goes the same way the other way round comes in from outside the view,
-    where no zone looks. A matt plane would spread the replica in time; here it stands for a mean of that.
+    where no zone looks. A matt plane would spread the replica in time; here it stands for a mean of that. The plane
+    stands still: where it is known how the camera moved, it is nearer or farther in every frame.
     """
 
     id = "multipath"
     acts_on = "scene"
     sentence = "Light takes a second bounce, so that a weak pulse comes late by a delay that moves with the geometry."
-    forms = (("between",), ("sensor",), ("outside", "outside_distance", "outside_azimuth"))
+    forms = (("between",), ("sensor",), ("retro",), ("outside", "outside_distance", "outside_azimuth", "outside_tilt"))
     look_alikes = (
         LookAlike("second_surface", "Step the target in range: a bounce's delay changes, a second surface's stays."),
         LookAlike("impulse_tail", "Show one flat wall from afar: a tail stays, the bounce goes."),
@@ -75,6 +80,15 @@ class Multipath(Effect):
             sentence="Reflectance times area of the sensor's face; 10 cm² that reflect 30 %.",
         ),
         Parameter(
+            "retro",
+            unit="m²",
+            low=0.0,
+            high=10.0,
+            start=1e-2,
+            vanishes_at=0.0,
+            sentence="What the receiver's lens sends back to where it came from, over what falls on a square metre.",
+        ),
+        Parameter(
             "outside",
             unit="1",
             low=0.0,
@@ -89,8 +103,7 @@ class Multipath(Effect):
             low=0.01,
             high=10.0,
             start=0.5,
-            tries=(0.3, 1.0),
-            sentence="Distance of the plane from the optical axis.",
+            sentence="Distance of the plane from the sensor, at the beginning of the session.",
         ),
         Parameter(
             "outside_azimuth",
@@ -99,20 +112,42 @@ class Multipath(Effect):
             high=360.0,
             start=90.0,
             tries=(0.0, 90.0, 180.0, -90.0),
-            sentence="Direction of the plane in the image: 0 to the right, 90 down.",
+            sentence="Direction of the plane in the image, then: 0 to the right, 90 down.",
+        ),
+        Parameter(
+            "outside_tilt",
+            unit="deg",
+            low=-80.0,
+            high=80.0,
+            start=0.0,
+            sentence="By how much the plane leans: 0 where it is parallel to the optical axis, above it stands ahead.",
         ),
     )
 
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Planes on all sides by way of which light is about as late as what is in excess."""
+        distance, azimuth = self.parameter("outside_distance"), self.parameter("outside_azimuth")
+        found = []
+        for one in replicas(excess, expected, rendering, falloff=2.0):
+            if one.spacing_m > 0:
+                # Straight ahead at r: half of r + √(r² + 4d²) is r + spacing.
+                away = np.sqrt(one.spacing_m * (one.spacing_m + one.nearest_m / 2 + one.farthest_m / 2))
+                away = float(np.clip(away, distance.low, distance.high))
+                found += [{"outside_distance": away, "outside_azimuth": side} for side in azimuth.tries]
+        return found
+
     def light(self, values: Values, rendering: Rendering) -> Light:
-        """One more return of every pixel, by way of the plane outside the view."""
-        light = rendering.light
-        if values["outside"] == 0:
-            return light
-        half_path, strength = _by_way_of_plane(
-            light, float(values["outside_azimuth"]), float(values["outside_distance"])
-        )
-        bounced = Return(half_path, (values["outside"] * strength).astype(strength.dtype))
-        return replace(light, returns=(*light.returns, bounced))
+        """More returns of every pixel: by way of the lens, and by way of the plane outside the view."""
+        light, more = rendering.light, []
+        if values["retro"]:
+            direct = light.returns[0]
+            again = values["retro"] * direct.strength.astype(float) ** 2
+            more.append(Return(2 * direct.range_m, again.astype(np.float32)))
+        if values["outside"]:
+            plane = (float(values[f"outside_{name}"]) for name in ("distance", "azimuth", "tilt"))
+            half_path, strength = by_way_of_plane(light, *plane)
+            more.append(Return(half_path, (values["outside"] * strength).astype(strength.dtype)))
+        return replace(light, returns=(*light.returns, *more)) if more else light
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """What bounces between visible surfaces, and what the sensor's face sends back."""
@@ -126,32 +161,7 @@ class Multipath(Effect):
         return replace(rendering.arrivals, light=total)
 
 
-# Fits try strengths and change the plane in turn.
-@lru_cache(maxsize=2)
-def _by_way_of_plane(light: Light, azimuth_deg: float, distance_m: float) -> tuple[np.ndarray, np.ndarray]:
-    """Half the path (F, H, W) by way of a plane outside the view, and its strength for a perfect one; to read only."""
-    azimuth = np.radians(azimuth_deg)
-    axis = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-    image = 2 * distance_m * axis  # of the sensor
-    half_path, strength = np.zeros_like(light.range_m), np.zeros_like(light.range_m)
-
-    def one(i: int) -> None:
-        area, ranges = vector_areas(light, i), light.range_m[i].astype(float)
-        point = light.rays * (ranges / np.linalg.norm(light.rays, axis=-1))[..., None]
-        to_image = image - point
-        far, size = np.linalg.norm(to_image, axis=-1), np.linalg.norm(area, axis=-1)
-        before = 1 - point @ axis / distance_m
-        lit = (light.returns[0].strength[i] > 0) & (size > 0) & (before > 0)
-        cosine = np.maximum((area * to_image).sum(axis=-1)[lit], 0) / (size * far)[lit]
-        edge = np.minimum(before[lit] / EDGE, 1)
-        strength[i][lit] = light.reflectance[i][lit] * cosine / far[lit] ** 2 * edge
-        half_path[i][lit] = (ranges + far)[lit] / 2
-
-    in_parallel(one, range(light.frames))
-    return half_path, strength
-
-
-@lru_cache(maxsize=1)
+@kept_with_light
 def _from_face(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
     """(F, P, J) light that falls on the sensor's face and back on the target, for a face of π² m²; to read only."""
     lattice = clock.lattice

@@ -7,6 +7,12 @@ import numpy as np
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.rendering import Rendering
+from physics.segments import segments
+
+# Surfaces that a fit tries alone.
+ALONE = 4
+# Exponent of the widest lobe of one surface.
+WIDEST = 2.0
 
 
 class NonLambertian(Effect):
@@ -20,7 +26,10 @@ class NonLambertian(Effect):
     matt one would send it back; nothing sends back less than none. Another power of the cosine is a surface that is
     matt, but rough or porous: Minnaert's (1941, Astrophys. J. 93, 403) (cosθ_in · cosθ_out)^k / cosθ_out, both angles
     equal, is cosθ^(2k - 1), so that k is 1 + power/2; power -1, k = ½, is the moon, as bright at its rim as amid.
-    Energy is not kept: what goes elsewhere is never seen from here.
+    Energy is not kept: what goes elsewhere is never seen from here. One surface may have a lobe of its own beside that,
+    gloss · cosθ^gloss_exponent: surfaces are told apart and followed through the frames by their geometry, the largest
+    first (`segments`). As one surface may meet the light at much the same angle in all frames, a lobe of its own that
+    hardly varies with the angle, or darkens, is no lobe but its reflectance.
     """
 
     id = "non_lambertian"
@@ -32,7 +41,7 @@ class NonLambertian(Effect):
         LookAlike("range_falloff", "Tilt one surface at a fixed range: only a lobe changes."),
         LookAlike("multipath", "Take away everything but the one surface: its lobe stays, a second bounce goes."),
     )
-    forms = (("lobe", "exponent"), ("power",))
+    forms = (("lobe", "exponent"), ("power",), ("gloss", "gloss_exponent"))
     parameters = (
         Parameter(
             "lobe",
@@ -61,12 +70,27 @@ class NonLambertian(Effect):
             vanishes_at=0.0,
             sentence="By how much the power of the cosine is above that of a matt surface, which is 1.",
         ),
+        Parameter("gloss", "1", 0.0, 100.0, 0.5, "Light of the lobe of one surface over matt light.", vanishes_at=0.0),
+        Parameter(
+            "gloss_exponent",
+            unit="1",
+            low=WIDEST,
+            high=500.0,
+            start=20.0,
+            tries=(4.0, 60.0),
+            sentence="How narrow the lobe of that surface is, as `exponent`.",
+        ),
+        Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
     )
+
+    def reach(self, values: Values) -> tuple[float, float]:
+        """Surfaces are followed, and numbered by their pixels, through all frames."""
+        return (np.inf, np.inf) if values["gloss"] != 0 else (0.0, 0.0)
 
     def light(self, values: Values, rendering: Rendering) -> Light:
         """The lobe, added to what surfaces send back directly."""
         light = rendering.light
-        if values["lobe"] == 0 and values["power"] == 0:
+        if all(values[name] == 0 for name in ("lobe", "power", "gloss")):
             return light
         direct, *others = light.returns
         # What sends nothing back, is turned away or is unknown has no lobe either.
@@ -75,8 +99,20 @@ class NonLambertian(Effect):
         # Strength over the cosine is ρ/r²; by way of the logarithm, so that no power overflows where cosθ is tiny.
         log = np.log(cosine)
         more = np.exp(values["power"] * log) + values["lobe"] * np.exp((values["exponent"] - 1) * log)
+        if values["gloss"] != 0:
+            chosen = segments(light.range_m, light.intrinsics) == round(values["surface"])
+            more = more + chosen * values["gloss"] * np.exp((values["gloss_exponent"] - 1) * log)
         strength = np.where(lit, direct.strength * np.maximum(more, 0), direct.strength).astype(np.float32)
         return replace(light, returns=(replace(direct, strength=strength), *others))
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A lobe of one surface that is as wide as a lobe may be is rather its reflectance."""
+        return values["gloss"] > 0 and values["gloss_exponent"] < WIDEST + 0.5
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Each of the largest surfaces alone."""
+        exponents = self.parameter("gloss_exponent").tries
+        return [{"gloss_exponent": n, "surface": float(k)} for k in range(1, ALONE + 1) for n in exponents]
 
 
 effect = NonLambertian()

@@ -16,8 +16,9 @@ class RangeAliasing(Effect):
     """Light of one shot is registered after the next: a far target, which depth images seldom hold, seems near.
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot. A far target may
-    draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds. It is followed until it leaves the
-    window, not into the next period.
+    draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds. One that stands still comes nearer
+    by as much as the camera has moved towards it, where that is known. It is followed until it leaves the window, not
+    into the next period.
     """
 
     id = "range_aliasing"
@@ -70,31 +71,53 @@ class RangeAliasing(Effect):
             tries=(1e-10, 1e-9),
             sentence="Most by which the laser's period is longer or shorter; 0 where it is steady.",
         ),
+        Parameter(
+            "still",
+            unit="1",
+            low=-1.5,
+            high=1.5,
+            start=0.0,
+            sentence="Metres by which it comes nearer for each that the camera moves ahead: 1 if it stands still.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """The pulse, averaged over the jitter: exact for its cumulative, which is linear within a step."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
-        ranges = values["apparent_range"] + values["speed"] * rendering.light.time_s[:, None]
-        arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
+        ranges = (
+            values["apparent_range"] + values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
+        )
+        arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges[:, None] / speed_of_light
         after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
         cumulative = (_integral(clock.pulse, after_s + jitter) - _integral(clock.pulse, after_s - jitter)) / (
             2 * jitter
         )
-        return rendering.expected + np.atleast_1d(values["counts"])[:, None] * np.diff(
-            np.clip(cumulative, 0, 1), axis=-1
-        )
+        # Rounding makes an empty bin's share a little less than nothing.
+        shares = np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
+        return rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Straight lines through frames and bins along which most is in excess, no faster than targets are."""
+        """Straight lines through frames and bins along which most is in excess, no faster than targets are.
+
+        Lines of a target that goes along with the camera, and of one that stands still where the camera moves.
+        """
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
-        for track in straight_tracks(excess, expected, rendering, fastest=2 * fastest / speed_of_light):
-            apparent = speed_of_light / 2 * (track.arrival_s - np.mean(rendering.clock.time_zero_s))
-            speed = float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest))
-            if apparent >= self.parameter("apparent_range").low:
-                tries = self.parameter("jitter").tries
-                found += [{"apparent_range": float(apparent), "speed": speed, "jitter": jitter} for jitter in tries]
+        way_s, clock = -2 * _way_m(rendering) / speed_of_light, rendering.clock
+        for still in (0.0, 1.0) if np.ptp(way_s) > clock.bin_width_s / 2 else (0.0,):
+            tracks = straight_tracks(excess, expected, rendering, 2 * fastest / speed_of_light, way_s=still * way_s)
+            for track in tracks:
+                apparent = speed_of_light / 2 * (track.arrival_s - np.mean(clock.time_zero_s))
+                speed = float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest))
+                if apparent >= self.parameter("apparent_range").low:
+                    where = {"apparent_range": float(apparent), "speed": speed, "still": still}
+                    found += [where | {"jitter": jitter} for jitter in self.parameter("jitter").tries]
         return found
+
+
+def _way_m(rendering: Rendering) -> np.ndarray:
+    """(F,) how far the camera has moved ahead; 0 where nobody knows."""
+    light = rendering.light
+    return np.zeros(light.frames) if light.motion is None else light.motion.forward_m(light.time_s)
 
 
 def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:

@@ -3,27 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import expit
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
+from physics.reflectances import SURFACES, TEXTURE, by_surface, log_factor
 from physics.rendering import Rendering
 
-# The reflectance that contrast leaves as it is. One number for all scenes, so that frames do not depend on each other;
-# which one does not matter where a gain is fitted.
-MIDDLE = 0.5
-# Width of the edge of what is "dark", in log reflectance: 10 % of the way to the other side at ±22 % of `level`.
-EDGE = 0.1
-# The same of what is "near", in log range.
-NEAR_EDGE = 0.02
-
-# The texture's terms of first and second order.
-TEXTURE = ("slope_x", "slope_y", "bow_x", "bow_y", "bow_xy")
+# Which a fit tries alone.
+ALONE = 5
 
 
 class ReflectanceMap(Effect):
     """Reflectance ρ becomes ρ · (ρ/½)^contrast · exp(step·s(ln(level/ρ)/0.1) + near·s(ln(near_range/r)/0.02)
-    + spot·exp(-d²/2·size²) + texture).
+    + spot·exp(-d²/2·size²) + texture + one at surface number `surface` + surface_k at surface number k).
 
     s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
     slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y of these tangents: what varies slowly over the view, as the
@@ -31,8 +23,10 @@ class ReflectanceMap(Effect):
     or too steep, the step for dyes that are dark in colour and bright in the near infrared (or the reverse), the near
     step for an object before a wall, the spot for what the field of view itself carries: dirt, vignetting, a label.
     Nothing is cut at 1: reflectance is known up to the gain, and a surface that sends light back to where it came from
-    outshines a white matt one. Where none is assumed it is 1 everywhere: then contrast is a gain, the step nothing
-    unless `level` is near 1, and the spot the same as ever.
+    outshines a white matt one. Surfaces are told apart and followed through the frames by their geometry (`segments`),
+    and numbered by their pixels in all of them, the largest first: an object of another material, or each of several.
+    Where no reflectance is assumed it is 1 everywhere: then contrast is a gain, the step nothing unless `level` is near
+    1, and the rest the same as ever.
     """
 
     id = "reflectance_map"
@@ -51,6 +45,8 @@ class ReflectanceMap(Effect):
         ("near", "near_range"),
         ("spot", "spot_x", "spot_y", "spot_size"),
         TEXTURE,
+        ("one",),
+        SURFACES,
     )
     parameters = (
         Parameter(
@@ -164,35 +160,29 @@ class ReflectanceMap(Effect):
             "Logarithm of the factor per product of the tangents x/z and y/z.",
             vanishes_at=0.0,
         ),
+        Parameter("one", "1", -5.0, 5.0, 0.3, "Logarithm of the factor on surface `surface`.", vanishes_at=0.0),
+        Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
+        *(
+            Parameter(name, "1", -2.0, 2.0, 0.3, f"Logarithm of the factor on surface {k}.", vanishes_at=0.0)
+            for k, name in enumerate(SURFACES, start=2)
+        ),
     )
+
+    def reach(self, values: Values) -> tuple[float, float]:
+        """Surfaces are followed, and numbered by their pixels, through all frames."""
+        return (np.inf, np.inf) if by_surface(values) else (0.0, 0.0)
 
     def light(self, values: Values, rendering: Rendering) -> Light:
         """Reflectance and the strength of what surfaces send back directly, times one factor by pixel."""
         light = rendering.light
-        factor = np.exp(_log_factor(values, light))
+        factor = np.exp(log_factor(values, light))
         direct, *others = light.returns
         lit = replace(direct, strength=(direct.strength * factor).astype(np.float32))
         return replace(light, reflectance=(light.reflectance * factor).astype(np.float32), returns=(lit, *others))
 
-
-def _log_factor(values: Values, light: Light) -> np.ndarray:
-    """Logarithm of the factor, (F, H, W) or what broadcasts to it; 0 where nothing is reflected or known."""
-    log_factor = np.zeros(())
-    if values["spot"] != 0:
-        x, y = light.rays[..., 0] - values["spot_x"], light.rays[..., 1] - values["spot_y"]
-        log_factor = values["spot"] * np.exp(-(x**2 + y**2) / (2 * values["spot_size"] ** 2))
-    if any(values[name] != 0 for name in TEXTURE):
-        x, y = light.rays[..., 0], light.rays[..., 1]
-        terms = zip(TEXTURE, (x, y, x**2, y**2, x * y), strict=True)
-        log_factor = log_factor + sum(values[name] * term for name, term in terms)
-    if values["contrast"] != 0 or values["step"] != 0:
-        log = np.log(np.where(light.reflectance > 0, light.reflectance, MIDDLE).astype(float))
-        log_factor = log_factor + values["contrast"] * (log - np.log(MIDDLE))
-        log_factor = log_factor + values["step"] * expit((np.log(values["level"]) - log) / EDGE)
-    if values["near"] != 0:
-        range_m = np.where(light.range_m > 0, light.range_m, np.inf)
-        log_factor = log_factor + values["near"] * expit((np.log(values["near_range"]) - np.log(range_m)) / NEAR_EDGE)
-    return log_factor
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Each of the largest surfaces alone."""
+        return [{"one": self.parameter("one").start, "surface": float(k)} for k in range(1, ALONE + 1)]
 
 
 effect = ReflectanceMap()

@@ -7,16 +7,19 @@ from scipy.constants import speed_of_light
 
 from physics.arrivals import Arrivals, arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.intervals import best_interval
 from physics.light import Light, Return
 from physics.rendering import Rendering
 
 
 class ScatteringMedium(Effect):
-    """An even medium of extinction α: light from range R is less by exp(-2αR), and air before it sends light back.
+    """A medium of extinction α: light from range R is less by exp(-2αL), and air before it sends light back.
 
+    L is how much of the way to R lies in the medium: all of it, or what is between `begin` and `begin` + `thickness`.
     Scattering once, to all directions alike, a layer dr returns what a matt surface of ρ·cosθ = ω·α·dr/4 would; near
-    the sensor emitter and receiver overlap in part, so that 1/r² becomes 1/(r² + overlap²). Each zone's medium
-    reaches as far as its surfaces; pixels whose range is unknown have none.
+    the sensor emitter and receiver overlap in part, so that 1/r² becomes 1/(r² + overlap²), and 0 before `blind`. Each
+    zone's medium reaches as far as its surfaces; pixels whose range is unknown have none. Zones may look into denser or
+    thinner air.
     """
 
     id = "scattering_medium"
@@ -27,7 +30,9 @@ class ScatteringMedium(Effect):
         LookAlike("ambient_pedestal", "Cover the emitter: backscatter goes, a pedestal stays."),
         LookAlike("cover_glass_crosstalk", "Clear the air: crosstalk stays, backscatter goes."),
         LookAlike("range_falloff", "Clear the air: falloff stays, extinction goes."),
+        LookAlike("range_aliasing", "Clear the air: an aliased pulse stays, the light of a layer goes."),
     )
+    forms = (("extinction", "albedo", "overlap", "blind"), ("extinction", "albedo", "begin", "thickness"))
     parameters = (
         Parameter(
             "extinction",
@@ -36,6 +41,7 @@ class ScatteringMedium(Effect):
             high=10.0,
             start=0.03,
             vanishes_at=0.0,
+            axis="zone",
             sentence="Part of the light lost by metre; one sees 3 / extinction far, 100 m at 0.03.",
         ),
         Parameter(
@@ -55,20 +61,77 @@ class ScatteringMedium(Effect):
             tries=(0.05, 0.3),
             sentence="Range at which emitter and receiver overlap by half.",
         ),
+        Parameter(
+            "blind",
+            unit="m",
+            low=0.0,
+            high=1.0,
+            start=0.0,
+            sentence="Range before which they do not overlap at all.",
+        ),
+        Parameter(
+            "begin",
+            unit="m",
+            low=0.0,
+            high=20.0,
+            start=0.0,
+            sentence="Range at which the medium begins.",
+        ),
+        Parameter(
+            "thickness",
+            unit="m",
+            low=0.01,
+            high=100.0,
+            start=100.0,
+            sentence="How far it reaches from there.",
+        ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Extinction of what is there, and the backscatter of each zone's open air."""
-        surfaces, lattice = rendering.arrivals, rendering.arrivals.lattice
-        alpha, overlap = values["extinction"], values["overlap"]
-        zero = np.broadcast_to(rendering.clock.time_zero_s, surfaces.light.shape[:2])[..., None]
-        half = speed_of_light / 4 * lattice.step_s
-        ranges = speed_of_light / 2 * (lattice.first_s + lattice.step_s * np.arange(lattice.size) - zero)
-        # The share of 1/(r² + overlap²) in the layer around each knot, in closed form.
-        inner, outer = (np.arctan(np.maximum(ranges + side, 0) / overlap) for side in (-half, half))
-        passed = np.exp(-2 * alpha * np.maximum(ranges, 0))
-        layers = values["albedo"] * alpha / 4 * (outer - inner) / overlap
+        surfaces, ranges = rendering.arrivals, _ranges(rendering)
+        alpha = np.atleast_1d(values["extinction"])[:, None]
+        passed = np.exp(-2 * alpha * np.clip(ranges - values["begin"], 0, values["thickness"]))
+        layers = values["albedo"] * alpha / 4 * _layers(values, rendering, ranges)
         return replace(surfaces, light=passed * (surfaces.light + layers * _open_air(rendering, ranges)))
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The layer whose backscatter explains most of an excess."""
+        clock = rendering.clock
+        ranges = _ranges(rendering)
+        everywhere = {p.name: p.start for p in self.parameters}
+        air = _layers(everywhere, rendering, ranges) * _open_air(rendering, ranges)
+        back = rendering.gain * Arrivals(air, clock.lattice, clock.bins).binned()
+        light, noise = np.maximum(expected - rendering.background, 0), 1 / np.maximum(expected, 1)
+        first, last, evidence = best_interval(
+            (back * excess * noise).sum(axis=(0, 1)),
+            (back**2 * noise).sum(axis=(0, 1)),
+            (back * light * noise).sum(axis=(0, 1)),
+            float((light**2 * noise).sum()),
+        )
+        if not evidence:
+            return []
+        late_s = float((clock.pulse.time_s * clock.pulse.probability).sum() + np.mean(clock.time_zero_s))
+        begin, end = (speed_of_light / 2 * max(at * clock.bin_width_s - late_s, 0.0) for at in (first, last))
+        low, high = self.parameter("begin").low, self.parameter("begin").high
+        thickness = max(end - begin, speed_of_light / 2 * clock.bin_width_s)
+        return [{"begin": float(np.clip(begin, low, high)), "thickness": thickness}]
+
+
+def _ranges(rendering: Rendering) -> np.ndarray:
+    """(F or 1, P, J) range at each knot, negative before time zero."""
+    lattice, zero = rendering.clock.lattice, np.asarray(rendering.clock.time_zero_s, float)
+    knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
+    return speed_of_light / 2 * (knots_s - np.atleast_2d(zero)[..., None])
+
+
+def _layers(values: Values, rendering: Rendering, ranges: np.ndarray) -> np.ndarray:
+    """Integral of 1/(r² + overlap²) over the medium in the layer around each knot, in closed form."""
+    half = speed_of_light / 4 * rendering.clock.lattice.step_s
+    end = values["begin"] + values["thickness"]
+    begin = min(max(values["begin"], values["blind"]), end)
+    inner, outer = (np.arctan(np.clip(ranges + side, begin, end) / values["overlap"]) for side in (-half, half))
+    return (outer - inner) / values["overlap"]
 
 
 def _open_air(rendering: Rendering, ranges: np.ndarray) -> np.ndarray:

@@ -4,22 +4,35 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.constants import speed_of_light
+from scipy.special import expit
 
 from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+from physics.replicas import replicas
 
 # A sheet in front nearer to the sensor than this, or than half the range of what is behind it, fades as it comes
 # nearer: it would soon be all that is seen. Range, metres.
 NEAREST_M = 0.1
+# Ways to go with range that a fit begins at: by the inverse square, or not at all.
+FALLOFFS = (2.0, 0.0)
+# So many times as much must tell for part of the surfaces as for all that a fit begins there.
+PARTLY = 1.1
+# Width of the ends of what is covered, in log range.
+EDGE = 0.02
 
 
 class SecondSurface(Effect):
-    """Part of the light returns from an equal surface `spacing` behind the first, or before it where negative.
+    """Part of the light returns from a second surface `spacing` behind the first, or before it where negative.
 
     Behind it is what the first surface lets pass, before it a sheet that sends part back before the light gets there.
-    Either way the second pulse has `passed` of the light of the first, by the square of the ratio of their ranges, and
-    the first is dimmer by as much. A sheet at or behind the sensor is dark.
+    Either way the first is dimmer by `passed`, and the second pulse has of its light
+
+        passed · reflectance · (r / (r + spacing))^falloff
+
+    with falloff 2 where the second surface is lit as the first is, and 0 where its pulse goes with the first's at all
+    ranges alike. Each zone may have a part of its own, where glass covers part of the view. A sheet at or behind the
+    sensor is dark.
     """
 
     id = "second_surface"
@@ -29,6 +42,14 @@ class SecondSurface(Effect):
         LookAlike("multipath", "Step the target in range: the distance of the two pulses stays, a bounce's changes."),
         LookAlike("impulse_tail", "Put an opaque target in its place: a tail stays, the second surface goes."),
         LookAlike("afterpulsing", "Put an opaque target in its place: an afterpulse stays, the second surface goes."),
+        LookAlike(
+            "range_aliasing", "Step the target in range: the second surface follows, a far target's pulse stays."
+        ),
+    )
+    forms = (
+        ("passed", "spacing"),
+        ("passed", "spacing", "reflectance"),
+        ("covered", "spacing", "reflectance", "nearest", "farthest"),
     )
     parameters = (
         Parameter(
@@ -38,7 +59,17 @@ class SecondSurface(Effect):
             high=1.0,
             start=0.1,
             vanishes_at=0.0,
-            sentence="Part of the light that returns from the second surface in place of the first.",
+            axis="zone",
+            sentence="Part of the light that the first surface does not send back, for the second to return.",
+        ),
+        Parameter(
+            "covered",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.1,
+            vanishes_at=0.0,
+            sentence="The same, of surfaces between `nearest` and `farthest` only.",
         ),
         Parameter(
             "spacing",
@@ -46,30 +77,84 @@ class SecondSurface(Effect):
             low=-5.0,
             high=5.0,
             start=0.05,
-            tries=(-0.2, 0.05, 0.15, 0.4),
+            tries=(-0.2, 0.05),
             sentence="Optical distance to the second surface, negative before the first; that of panes is centimetres.",
+        ),
+        Parameter(
+            "reflectance",
+            unit="1",
+            low=0.1,
+            high=10.0,
+            start=1.0,
+            sentence="Reflectance of the second surface over that of the first.",
+        ),
+        Parameter(
+            "falloff",
+            unit="1",
+            low=0.0,
+            high=4.0,
+            start=2.0,
+            sentence="Power of the ratio of ranges by which the second surface is dimmer; 2 by the inverse square.",
+        ),
+        Parameter(
+            "nearest",
+            unit="m",
+            low=0.05,
+            high=20.0,
+            start=0.05,
+            sentence="Range from which on surfaces are covered.",
+        ),
+        Parameter(
+            "farthest",
+            unit="m",
+            low=0.1,
+            high=100.0,
+            start=100.0,
+            sentence="Range up to which surfaces are covered.",
         ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Each zone's light in part once more, later and spread over a larger sphere, or earlier over a smaller one."""
-        first, passed, spacing = rendering.arrivals, values["passed"], values["spacing"]
-        lattice = first.lattice
-        zero = np.broadcast_to(rendering.clock.time_zero_s, first.light.shape[:2])[..., None]
+        first, spacing = rendering.arrivals, values["spacing"]
+        lattice, zero = first.lattice, np.atleast_2d(rendering.clock.time_zero_s)[..., None]
         knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
         ranges = speed_of_light / 2 * np.maximum(knots_s - zero, lattice.step_s)
-        spread = replace(first, light=first.light * _spread(ranges, spacing))
+        passed = np.atleast_1d(values["passed"])[:, None]
+        if values["covered"]:
+            passed = np.minimum(passed + values["covered"] * _within(values, ranges), 1)
+        lost = passed * first.light
+        spread = replace(first, light=lost * (values["reflectance"] * _spread(ranges, spacing, values["falloff"])))
         second = spread.delayed(2 * spacing / speed_of_light)
-        return replace(first, light=(1 - passed) * first.light + passed * second.light)
+        return replace(first, light=first.light - lost + second.light)
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The spacings at which most of an excess is a replica of what is expected."""
+        spacing = self.parameter("spacing")
+        found = []
+        for falloff in FALLOFFS:
+            for one in replicas(excess, expected, rendering, falloff):
+                where = {"spacing": float(np.clip(one.spacing_m, spacing.low, spacing.high)), "falloff": falloff}
+                found.append(where)
+                if one.evidence_there > PARTLY * one.evidence:
+                    ends = {"nearest": max(one.nearest_m, 0.05), "farthest": max(one.farthest_m, 0.1)}
+                    found.append(where | ends)
+        return found
 
 
-def _spread(range_m: np.ndarray, spacing_m: float) -> np.ndarray:
+def _within(values: Values, range_m: np.ndarray) -> np.ndarray:
+    """How far surfaces at these ranges are among the covered, 0 to 1."""
+    log = np.log(range_m)
+    return expit((log - np.log(values["nearest"])) / EDGE) * expit((np.log(values["farthest"]) - log) / EDGE)
+
+
+def _spread(range_m: np.ndarray, spacing_m: float, falloff: float) -> np.ndarray:
     """How many times as much light returns from a surface so much farther, or nearer where negative."""
     there = range_m + spacing_m
     if spacing_m >= 0:
-        return (range_m / there) ** 2
+        return (range_m / there) ** falloff
     nearest = np.minimum(NEAREST_M, range_m / 2)
-    return (range_m / np.maximum(there, nearest)) ** 2 * np.clip(there / nearest, 0, 1)
+    return (range_m / np.maximum(there, nearest)) ** falloff * np.clip(there / nearest, 0, 1)
 
 
 effect = SecondSurface()

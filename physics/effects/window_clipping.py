@@ -5,6 +5,9 @@ import numpy as np
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
+# A choice: of what lies outside a window most is lost. With less it would stand for whatever dims the far or the near.
+LEAST_LOST = 0.3
+
 
 class WindowClipping(Effect):
     """Counts before and after the window are not there; of a bin that its edge divides, the part inside is.
@@ -62,10 +65,10 @@ class WindowClipping(Effect):
         Parameter(
             "lost",
             unit="1",
-            low=0.0,
+            low=LEAST_LOST,
             high=1.0,
             start=1.0,
-            sentence="Share of the counts outside the window that is lost.",
+            sentence="Share of the counts outside the window that is lost; what lets more pass is no window.",
         ),
         Parameter(
             "background",
@@ -110,7 +113,7 @@ def _edge(lacking: np.ndarray, there: np.ndarray) -> tuple[float, float, float]:
     """How many of the first of T bins lack one share of what should be there most clearly, how clearly, which share."""
     lacks, has = np.maximum(np.cumsum(lacking), 0), np.maximum(np.cumsum(there), 1e-9)
     edge = int(np.argmax(lacks**2 / has))
-    return edge + 1.0, float(lacks[edge] ** 2 / has[edge]), float(np.clip(lacks[edge] / has[edge], 0.01, 1))
+    return edge + 1.0, float(lacks[edge] ** 2 / has[edge]), float(np.clip(lacks[edge] / has[edge], LEAST_LOST, 1))
 
 
 effect = WindowClipping()

@@ -77,7 +77,15 @@ class Session:
             at=self.at,
             times_s=self.times_s,
             gloss=1.0 if view.gloss is None else np.nan_to_num(np.asarray(view.gloss, float)),
+            start_from_camera=self._moved(i),
         )
+
+    def _moved(self, i: int) -> np.ndarray | None:
+        """(4, 4) from the camera's frame of view i to that of the first; None where a pose is not known."""
+        first, now = self.views[0].camera_pose, self.views[i].camera_pose
+        if any(view.camera_pose is None for view in self.views):
+            return None
+        return np.linalg.solve(np.asarray(first, float), np.asarray(now, float))
 
     def cosine(self, i: int) -> np.ndarray:
         """(H, W) cosine of incidence as given, else of the plane through the points beside and above each."""

@@ -23,6 +23,7 @@ class World:
     times_s: (F,) times of all frames. gloss: (H, W) or one number, how many times as bright as a matt surface.
     behind: (H, W) each: which part of a pixel's photons comes from another surface, and how many metres that is behind
     (before where negative) the one at its depth; None where all photons come from there.
+    start_from_camera: (4, 4) rigid transform to the camera's frame of when the session began, None where unknown.
     boost: how many times as many photons come as without changes of sensitivity; gain and background have it in them,
     acts that add photons by number add boost times as many.
     """
@@ -47,6 +48,7 @@ class World:
     times_s: np.ndarray
     gloss: np.ndarray | float = 1.0
     behind: tuple[np.ndarray, np.ndarray] | None = None
+    start_from_camera: np.ndarray | None = None
     boost: float = 1.0
 
     @property

@@ -20,11 +20,13 @@ def test_each_choice_leaves_the_least_error(seed):
     found = best_cells(covariance, np.arange(8), cost, noise, 3)
 
     def left(measured):
-        """Cost after measuring, by Bayes' rule in terms of precisions."""
+        """Cost after measuring, by Bayes' rule in terms of precisions; what was measured is as the full map has it."""
         precision = np.linalg.inv(covariance)
         for j in measured:
             precision[j, j] += 1 / noise[j]
-        return cost @ np.diag(np.linalg.inv(precision))
+        error = np.diag(np.linalg.inv(precision)) + noise
+        error[list(measured)] = 0
+        return cost @ error
 
     for i in range(3):
         others = [left([*found[:i], j]) for j in range(8) if j not in found[:i]]

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import poisson
 
+from mismatch.candidates import price
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.gained import gained
 from mismatch.located import locate_effects
 from mismatch.naming import contested, estimates, name_effects
 from mismatch.rivals import Rival, probabilities
-from mismatch.selection import coordinates, price, select, without
+from mismatch.selection import coordinates, select, without
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48, "edge": 47}

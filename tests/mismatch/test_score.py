@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from scipy.special import gammaln
 from scipy.stats import poisson
 
 from mismatch.fit import fit_nominal
 from mismatch.form import forms_of
 from mismatch.projection import Projection
-from mismatch.score import bounded_least_squares, score, start_of
+from mismatch.score import bounded_least_squares, log_chance, score, start_of
 from physics.effects import find_effect
 
 from .conftest import BACKGROUND, BINS, FRAMES, ZONES
@@ -112,3 +113,11 @@ def test_bounded_least_squares_is_the_best_on_a_grid():
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     value = 2 * grid @ right - np.einsum("...i,ij,...j->...", grid, matrix, grid)
     np.testing.assert_allclose(found, grid.reshape(-1, 2)[value.argmax()], atol=0.005)
+
+
+def test_chances_too_small_for_a_number_still_have_an_order():
+    for dof in (1, 2, 9):
+        edge = np.array([900.0, 1200.0])
+        series = (dof / 2 - 1) * np.log(edge / 2) - edge / 2 - np.array([gammaln(dof / 2)] * 2)
+        np.testing.assert_allclose(series, [log_chance(gain, dof) for gain in edge], rtol=0.01)
+        assert -np.inf < log_chance(5000.0, dof) < log_chance(3000.0, dof) < log_chance(1200.0, dof)

@@ -95,3 +95,17 @@ def test_footprints_may_move_from_frame_to_frame(small):
     for f, dx in enumerate(shift.ravel()):
         alone = arrivals(small.light, small.footprints.moved(dx, 0), small.clock).binned()
         np.testing.assert_allclose(got[f], alone[f], rtol=1e-12)
+
+
+def test_each_row_is_delayed_by_its_own_time_and_lost_beyond_the_lattice(small):
+    """Against linear interpolation: light between two knots is shared, and what leaves does not come back."""
+    first = arrivals(small.light, small.footprints, small.clock)
+    size, step = first.lattice.size, first.lattice.step_s
+    steps = np.random.default_rng(3).uniform(-1.2 * size, 1.2 * size, first.light.shape[:2])
+    steps[0, 0], steps[-1, -1] = 3.0, -2.5
+    moved = first.delayed(steps * step).light
+    for f, p in np.ndindex(steps.shape):
+        knots = np.arange(size)
+        expected = np.interp(knots - steps[f, p], np.arange(-1, size + 1), np.pad(first.light[f, p], 1), 0, 0)
+        np.testing.assert_allclose(moved[f, p], expected, atol=1e-12 * first.light.max())
+    np.testing.assert_array_equal(first.delayed(0.0).light, first.light)

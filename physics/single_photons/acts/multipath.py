@@ -13,7 +13,8 @@ from physics.single_photons.world import Photons, World
 # Between so many points paths are drawn; where the image has more, in each frame between others, chosen at random.
 MOST_POINTS = 3000
 ROWS = 256
-# Targets nearer to the outside plane than this part of its distance are lit in proportion, those behind it not at all.
+# Targets nearer to the outside plane than this part of its distance are lit in proportion, those behind it not at all;
+# so are all while the sensor is nearer to it than this part of its distance when the session began.
 EDGE = 0.1
 
 
@@ -42,7 +43,8 @@ class Lit:
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """More photons, of three kinds."""
+    """More photons, of four kinds."""
+    photons = photons.and_also(_by_the_lens(world, values, rng))
     lit = _lit(world)
     for share, way in (("between", _between), ("sensor", _by_the_sensors_face), ("outside", _by_a_plane_outside)):
         if values[share] > 0 and len(lit.pixel):
@@ -98,20 +100,33 @@ def _by_the_sensors_face(lit: Lit, world: World, values: Values, rng: np.random.
     return _photons(world, zone, lit.pixel[second], path, rng)
 
 
+def _by_the_lens(world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Sensor, surface, lens, the same surface, sensor: lit again by so much of what it sent to a square metre."""
+    ranges = np.where(world.range_m > 0, world.range_m, np.nan)
+    sends = np.nan_to_num(world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges**2)
+    zone, pixel = many(world.gain * values["retro"] * world.weights * sends * sends, rng)
+    return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel], rng)
+
+
 def _by_a_plane_outside(lit: Lit, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Sensor, a point of the plane where it mirrors, surface, sensor."""
-    angle, distance = np.radians(values["outside_azimuth"]), values["outside_distance"]
-    axis = np.array([np.cos(angle), np.sin(angle), 0.0])
-    gap = distance - lit.point_m @ axis
-    before = gap > 0
+    """Sensor, a point of the plane where it mirrors, surface, sensor; all as seen when the session began."""
+    azimuth, tilt = np.radians([values["outside_azimuth"], values["outside_tilt"]])
+    distance = values["outside_distance"]
+    axis = np.array([np.cos(azimuth) * np.cos(tilt), np.sin(azimuth) * np.cos(tilt), np.sin(tilt)])
+    moved = np.eye(4) if world.start_from_camera is None else world.start_from_camera
+    sensor, point = moved[:3, 3], lit.point_m @ moved[:3, :3].T + moved[:3, 3]
+    normal = lit.normal @ moved[:3, :3].T
+    away, gap = distance - sensor @ axis, distance - point @ axis
+    before = (gap > 0) & (away > 0)
     gap = np.where(before, gap, 1.0)
-    behind = lit.point_m + 2 * gap[:, None] * axis
+    behind = point + 2 * gap[:, None] * axis - sensor
     # The straight way to the image crosses the plane where the real one turns.
-    turn = behind * (distance / np.where(before, behind @ axis, 1.0))[:, None]
-    back = turn - lit.point_m
-    cosine = (back * lit.normal).sum(axis=1) / np.linalg.norm(back, axis=1)
+    turn = sensor + behind * (away / np.where(before, behind @ axis, 1.0))[:, None]
+    back = turn - point
+    cosine = (back * normal).sum(axis=1) / np.linalg.norm(back, axis=1)
     far = np.linalg.norm(behind, axis=1)
-    light = np.where(before, np.clip(cosine, 0, None) * np.minimum(gap / (EDGE * distance), 1) / far**2, 0)
+    nearness = np.minimum(gap / (EDGE * max(away, 1e-12)), 1) * min(away / (EDGE * distance), 1)
+    light = np.where(before, np.clip(cosine, 0, None) * nearness / far**2, 0)
     zone, target = many((world.gain * lit.weights * values["outside"] * lit.albedo * light)[:, None], rng)
     return _photons(world, zone, lit.pixel[target], (far + lit.range_m)[target], rng)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from physics.effect import Values
+from physics.single_photons.surfaces import surface_numbers
 from physics.single_photons.world import World
 
 
@@ -18,5 +19,8 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     angle = np.arccos(np.clip(np.where(facing, world.cosine, 1), 0, 1))
     matt = np.maximum(np.cos(angle), np.finfo(float).tiny)
     sent = np.cos(angle) ** (1 + values["power"]) + values["lobe"] * np.cos(angle) ** values["exponent"]
+    if values["gloss"] > 0:
+        own = values["gloss"] * np.cos(angle) ** values["gloss_exponent"]
+        sent += own * (surface_numbers(world) == round(values["surface"]))
     glossier = np.clip(sent, 0, None) / matt
     return replace(world, gloss=world.gloss * np.where(facing, glossier, 1))

@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from physics.effect import Values
+from physics.single_photons.surfaces import surface_numbers
 from physics.single_photons.world import World
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """Factors: a power of the reflectance itself, for dark surfaces, for near ones, for a spot and a texture in view.
 
-    The edge of "dark" is a logistic function of the logarithm over 0.1, which is a tenth power of the ratio itself.
+    And factors of single surfaces. The edge of "dark" is a logistic function of the logarithm over 0.1, which is a
+    tenth power of the ratio itself.
     """
     shines = world.reflectance > 0
     told = np.where(shines, world.reflectance, 0.5)
@@ -27,4 +29,17 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     bow = np.array([[values["bow_x"], values["bow_xy"] / 2], [values["bow_xy"] / 2, values["bow_y"]]])
     ray = np.stack([x / z, y / z], axis=-1)
     texture = np.exp(ray @ slope + ((ray @ bow) * ray).sum(axis=-1))
-    return replace(world, reflectance=np.where(shines, told * power * dark * near * spot * texture, world.reflectance))
+    factor = power * dark * near * spot * texture * _of_surfaces(world, values)
+    return replace(world, reflectance=np.where(shines, told * factor, world.reflectance))
+
+
+def _of_surfaces(world: World, values: Values) -> np.ndarray | float:
+    """Factors of surfaces that are looked up by their numbers."""
+    logs = {k: values[f"surface_{k}"] for k in range(2, 5)}
+    logs[round(values["surface"])] = logs.get(round(values["surface"]), 0.0) + values["one"]
+    if not any(logs.values()):
+        return 1.0
+    table = np.ones(max(logs) + 1)
+    table[list(logs)] = np.exp(list(logs.values()))
+    number = surface_numbers(world)
+    return np.where(number < len(table), table[np.minimum(number, len(table) - 1)], 1)

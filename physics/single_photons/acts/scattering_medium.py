@@ -6,15 +6,20 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
-from physics.single_photons.draw import delays, many, way_m
+from physics.single_photons.draw import by_zone, delays, many, way_m
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Of those from surfaces, the ones that get through; and those that the air before the surfaces scatters."""
-    free_m = rng.exponential(1 / max(values["extinction"], 1e-12), len(photons))
-    through = (way_m(photons, world) < free_m) | (photons.pixel == NO_PIXEL)
+    free_m = rng.exponential(1.0, len(photons)) / np.maximum(by_zone(world, values["extinction"])[photons.zone], 1e-12)
+    through = (2 * _way_in(values, way_m(photons, world) / 2) < free_m) | (photons.pixel == NO_PIXEL)
     return reduce(Photons.and_also, _scattered(world, values, rng), photons.only(through))
+
+
+def _way_in(values: Values, range_m: np.ndarray) -> np.ndarray:
+    """Metres of the way to a range that lie in the medium."""
+    return np.minimum(np.maximum(range_m, values["begin"]) - values["begin"], values["thickness"])
 
 
 def _scattered(world: World, values: Values, rng: np.random.Generator) -> list[Photons]:
@@ -23,19 +28,22 @@ def _scattered(world: World, values: Values, rng: np.random.Generator) -> list[P
     Of light scattered evenly into 4π a square metre at distance r catches 1/(4πr²); of a matt surface's ρ·cosθ/(πr²),
     which is what a unit of light stands for: hence the quarter.
     """
-    extinction, overlap = values["extinction"], values["overlap"]
+    overlap, end = values["overlap"], values["begin"] + values["thickness"]
+    extinction = by_zone(world, values["extinction"])
     ranges = np.nan_to_num(world.range_m)
     shells = []
-    inner, outer = 0.0, overlap
-    while inner < ranges.max():
-        most = (outer - inner) * extinction * values["albedo"] / 4 / (inner**2 + overlap**2)
-        zone, pixel = many(world.gain * most * world.weights * (ranges > inner), rng)
+    inner = max(values["begin"], values["blind"])
+    while inner < min(ranges.max(), end):
+        outer = min(inner + max(inner, overlap), end)
+        most = (outer - inner) * values["albedo"] / 4 / (inner**2 + overlap**2)
+        mean = world.gain * most * extinction[:, None, None] * world.weights * (ranges > inner)
+        zone, pixel = many(mean, rng)
         radius = inner + (outer - inner) * rng.random(len(zone))
         in_air = radius < ranges.ravel()[pixel]
-        survives = rng.exponential(1.0, len(zone)) > 2 * extinction * radius
+        survives = rng.exponential(1.0, len(zone)) > 2 * extinction[zone] * _way_in(values, radius)
         caught = rng.random(len(zone)) * (radius**2 + overlap**2) < inner**2 + overlap**2
         time = world.time_zero_s[zone] + 2 * radius / speed_of_light + delays(world, len(zone), rng)
         shell = Photons(zone, time, pixel, np.zeros(len(zone), np.int32))
         shells.append(shell.only(in_air & survives & caught))
-        inner, outer = outer, 2 * outer
+        inner = outer
     return shells

@@ -6,38 +6,63 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
-from physics.single_photons.draw import returned, way_m
+from physics.single_photons.draw import by_zone, returned, way_m
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
 # A sheet fades as it comes nearer than this, or than half the range of what is behind it; metres.
 FADES_M = 0.1
+# Where surfaces begin and end to be covered, ranges of which one is this power greater are told apart.
+SHARPNESS = 50
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Some of those from surfaces pass; the larger sphere over which they return thins them, and they are late."""
-    spacing = values["spacing"]
-    passes = (rng.random(len(photons)) < values["passed"]) & (photons.pixel != NO_PIXEL)
-    if spacing < 0:
-        return photons.only(~passes).and_also(_before(world, values, rng))
+    """Some of those from surfaces are lost; those that come back are thinned by the larger sphere, and late.
+
+    What the second surface sends back beyond what the first lost is drawn by itself, and all of what a sheet before
+    it does: straight, as such a surface has no part in other ways.
+    """
+    spacing, ratio = values["spacing"], values["reflectance"]
     ranges = way_m(photons, world) / 2
-    meets = rng.random(len(photons)) * (ranges + spacing) ** 2 < ranges**2
-    further = np.where(passes, 2 * spacing, 0.0)
-    late = replace(
-        photons,
-        time_s=photons.time_s + further / speed_of_light,
-        detour_m=further if photons.detour_m is None else photons.detour_m + further,
+    lost = (rng.random(len(photons)) < _lost(values, world, photons.zone, ranges)) & (photons.pixel != NO_PIXEL)
+    first = photons.only(~lost)
+    if spacing < 0:
+        return first.and_also(_straight(ratio, world, values, rng))
+    meets = (
+        rng.random(len(photons)) * (ranges + spacing) ** values["falloff"] < min(ratio, 1) * ranges ** values["falloff"]
     )
-    return late.only(~passes | meets)
+    later = photons.only(lost & meets)
+    second = replace(
+        later,
+        time_s=later.time_s + 2 * spacing / speed_of_light,
+        detour_m=2 * spacing + (np.zeros(len(later)) if later.detour_m is None else later.detour_m),
+    )
+    both = first.and_also(second)
+    return both.and_also(_straight(ratio - 1, world, values, rng)) if ratio > 1 else both
 
 
-def _before(world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """What a sheet before the surface sends back straight: of other ways than the direct one it has no part."""
+def _lost(values: Values, world: World, zone: np.ndarray, range_m: np.ndarray) -> np.ndarray:
+    """Chance that the first surface at this range does not send back a photon of this zone."""
+    with np.errstate(divide="ignore", over="ignore"):
+        far_enough = 1 / (1 + (values["nearest"] / range_m) ** SHARPNESS)
+        near_enough = 1 / (1 + (range_m / values["farthest"]) ** SHARPNESS)
+    part = by_zone(world, values["passed"])[zone] + values["covered"] * far_enough * near_enough
+    return np.minimum(part, 1)
+
+
+def _straight(ratio: float, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """What a surface of so many times the reflectance, for each photon that the first loses, sends back."""
     far = np.where(world.range_m > 0, world.range_m, np.nan)
-    near = far + values["spacing"]
-    fades = np.clip(near / np.minimum(FADES_M, far / 2), 0, 1)
-    # Light goes by 1/r² of the range at which it is drawn; a sheet that fades is no brighter than where it begins to.
-    floor = np.maximum(near, np.minimum(FADES_M, far / 2))
-    seen = near > 0
-    dimmer = np.where(seen, fades * (near / floor) ** 2, 0)
-    depth = world.depth_m * np.where(seen, near, np.nan) / far
-    return returned(replace(world, depth_m=depth, gloss=world.gloss * values["passed"] * dimmer), rng)
+    there = far + values["spacing"]
+    fades, floor = np.ones_like(far), there
+    if values["spacing"] < 0:
+        # A sheet that fades is no brighter than where it begins to.
+        fades = np.clip(there / np.minimum(FADES_M, far / 2), 0, 1)
+        floor = np.maximum(there, np.minimum(FADES_M, far / 2))
+    # Light goes by 1/r² of the range at which it is drawn.
+    brightness = ratio * fades * (far / floor) ** values["falloff"] * (there / far) ** 2
+    zones = np.arange(world.zones)[:, None, None]
+    weights = world.weights * np.nan_to_num(_lost(values, world, zones, far[None]))
+    seen = there > 0
+    depth = world.depth_m * np.where(seen, there, np.nan) / far
+    gloss = world.gloss * np.where(seen, brightness, 0)
+    return returned(replace(world, depth_m=depth, gloss=gloss, weights=weights), rng)

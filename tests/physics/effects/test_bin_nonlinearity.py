@@ -37,6 +37,42 @@ def test_a_wave_prints_its_slope_on_a_pedestal():
     )
 
 
+def test_taps_come_again_every_eighth_bin_and_add_up():
+    """Widths of a delay line as they are told, on a pedestal; a pulse is what it has between their sums."""
+    taps = np.array([0, 0.1, -0.2, 0.3, 0, 0, -0.4, 0.05])
+    named = {f"tap_{k}": taps[k] for k in range(1, 8)}
+    width = 1 + np.tile(taps - taps.mean(), 6)
+    np.testing.assert_allclose(seen(np.full(48, 10.0), **named), 10 * width)
+    pulse, edges = norm(20.3, 2.5), np.concatenate([[0], np.cumsum(width)])
+    found = seen(np.diff(pulse.cdf(np.arange(49))), **named)
+    np.testing.assert_allclose(found, np.diff(pulse.cdf(edges)), atol=5e-3 * found.max())
+
+
+def test_bins_that_are_wider_in_place_hold_their_own_counts_times_their_width():
+    counts = np.random.default_rng(2).exponential(size=(2, 3, 36))
+    waved = seen(counts, wave_sin=1.2, period=12.0, moved=0)
+    number = np.arange(36)
+    closed = 1 + 1.2 * (np.sin(np.pi * (number + 1) / 6) - np.sin(np.pi * number / 6))
+    np.testing.assert_allclose(waved, counts * closed)
+    half = seen(counts, wave_sin=1.2, period=12.0, moved=0.5)
+    np.testing.assert_allclose(half, (waved + seen(counts, wave_sin=1.2, period=12.0)) / 2)
+    own = np.linspace(-0.5, 0.7, 36)
+    np.testing.assert_allclose(seen(counts, width=own), counts * (1 + own))
+
+
+@pytest.mark.parametrize("moved", [1.0, 0.0])
+@pytest.mark.parametrize("period", [5.3, 11.0, 37.0])
+def test_a_wave_of_any_period_is_found(moved, period):
+    """A pulse that wanders over the window: where a fit should begin is within a fringe of the truth."""
+    at = np.linspace(20, 100, 40)[:, None, None]
+    counts = 3 + 4000 * np.diff(norm(at, 3.0).cdf(np.arange(129)), axis=-1)
+    depth = 0.02 * period
+    found = seen(counts, wave_sin=depth, wave_cos=-depth, period=period, moved=moved)
+    excess = np.random.default_rng(1).poisson(found) - counts
+    starts = {start["moved"]: start["period"] for start in effect.starts(excess, counts, None)}
+    assert abs(1 / starts[moved] - 1 / period) < 1 / 128
+
+
 @pytest.mark.parametrize(("alternation", "slope"), [(0.3, 0), (-0.2, 0.1), (0, -0.15)])
 def test_a_pulse_is_integrated_between_the_displaced_edges(alternation, slope):
     edges = np.arange(61.0)

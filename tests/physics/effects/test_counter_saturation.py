@@ -37,3 +37,8 @@ def test_never_above_the_ceiling_nor_above_what_came(mean, ceiling, lost):
 
 def test_few_counts_are_not_touched():
     np.testing.assert_allclose(shown([0, 1, 10, 100], 65535), [0, 1, 10, 100], rtol=1e-12)
+
+
+def test_a_counter_that_goes_on_counting_is_another_cause():
+    assert effect.strained(effect.at(lost=0.3, ceiling=100).values, None)
+    assert not effect.strained(effect.at(lost=0.9, ceiling=100).values, None)

@@ -14,11 +14,13 @@ from physics.effects.multipath import effect
 from physics.footprint import footprints
 from physics.light import Return, direct_light
 from physics.nominal import ForwardModel
+from physics.outside_plane import by_way_of_plane
 from physics.pulse import ImpulseResponse
+from physics.rendering import Rendering
 from recordings.maps import ResponseMaps
 
 C = 299_792_458.0
-NONE = {"between": 0, "sensor": 0, "outside": 0}
+NONE = {"between": 0, "sensor": 0, "retro": 0, "outside": 0}
 WALL_Z, SIDE_X = 1.0, 0.3
 RHO_WALL, RHO_SIDE = 0.8, 0.5
 
@@ -152,6 +154,30 @@ def test_what_stands_behind_the_outside_plane_gets_nothing_of_it():
     assert model.expected(1e3, [setting.with_value("outside_azimuth", 180)]).sum() > 1.01 * model.expected(1e3).sum()
 
 
+def test_a_plane_that_leans_is_an_image_of_the_sensor_too():
+    """Half the path is half of what it is to the mirror image, wherever the plane stands."""
+    light, tilt = direct_light(np.full((1, 9, 9), 0.8), pinhole((9, 9)), 0.5), np.radians(25)
+    half, strength = by_way_of_plane(light, 0.9, 90.0, 25.0)
+    image = 1.8 * np.array([0, np.cos(tilt), np.sin(tilt)])
+    point = light.rays * 0.8
+    r, far = np.linalg.norm(point, axis=-1), np.linalg.norm(point - image, axis=-1)
+    np.testing.assert_allclose(half[0], (r + far) / 2, rtol=1e-6)
+    # A wall at right angles to z: the cosine is the way along z.
+    cosine = np.clip(0.8 - image[2], 0, None) / far
+    np.testing.assert_allclose(strength[0], 0.5 * cosine / far**2, rtol=1e-4)
+
+
+def test_it_suggests_planes_by_how_late_the_light_is():
+    light, (where, clock) = direct_light(np.full((1, 30, 40), 0.9), pinhole((30, 40)), 0.6), sensor_of((30, 40))
+    model = ForwardModel(light, where, clock)
+    nominal = model.expected(1e5)
+    truth = effect.at(outside=0.3, outside_distance=0.8, outside_azimuth=180)
+    excess = model.expected(1e5, [truth]) - nominal
+    starts = effect.starts(excess, nominal, Rendering(light, where, clock, 1e5))
+    assert {start["outside_azimuth"] for start in starts} == {0.0, 90.0, 180.0, -90.0}
+    assert min(abs(start["outside_distance"] - 0.8) for start in starts) < 0.2
+
+
 @pytest.mark.parametrize("z", [0.2, 0.4])
 def test_the_sensors_face_is_a_second_lamp(z):
     """Over a wall at z: irradiance of the face in closed integral, its lamp's cosine, and nothing before 4 z / c."""
@@ -170,11 +196,21 @@ def test_the_sensors_face_is_a_second_lamp(z):
     assert first == pytest.approx(4 * z / C, abs=clock.bin_width_s)
 
 
-def test_the_three_ways_add_up(small):
+def test_the_lens_sends_light_back_to_where_it_came_from(small):
+    """A scene of two returns, the second from twice as far and of the square's strength."""
+    direct = small.light.returns[0]
+    second = Return(2 * direct.range_m, 0.03 * direct.strength**2)
+    lit = replace(small.light, returns=(direct, second))
+    closed = ForwardModel(lit, small.footprints, small.clock).expected(1e3)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [effect.at(retro=0.03)])
+    np.testing.assert_allclose(found, closed, rtol=1e-5)
+
+
+def test_the_ways_add_up(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
-    ways = [{"between": 0.7}, {"sensor": 1e-2}, {"outside": 0.3}]
+    ways = [{"between": 0.7}, {"sensor": 1e-2}, {"outside": 0.3}, {"retro": 1e-2}]
     alone = [model.expected(1e3, [effect.at(**{**NONE, **way})]) - model.expected(1e3) for way in ways]
     assert all(way.max() > 1e-2 for way in alone)
     assert all((way > -1e-9).all() for way in alone)
-    together = model.expected(1e3, [effect.at(between=0.7, sensor=1e-2, outside=0.3)]) - model.expected(1e3)
+    together = model.expected(1e3, [effect.at(between=0.7, sensor=1e-2, outside=0.3, retro=1e-2)]) - model.expected(1e3)
     np.testing.assert_allclose(together, sum(alone), atol=1e-9 * together.max())

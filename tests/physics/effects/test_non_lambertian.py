@@ -72,6 +72,21 @@ def test_a_power_of_the_cosine_is_minnaerts_law(power):
     np.testing.assert_allclose(seen(light, power=power)[0], np.nan_to_num(closed), rtol=1e-4)
 
 
+def test_one_surface_may_be_glossy_and_the_others_matt():
+    """A bar before a wall, both of the same incidence: with a lobe as with all surfaces, or as without."""
+    bar = np.broadcast_to(np.abs(np.arange(32) - 14) < 5, (1, 24, 32))
+    light = direct_light(np.where(bar, 0.8, 1.6), INTRINSICS)
+    every, matt = seen(light, lobe=0.8, exponent=9), light.returns[0].strength
+    found = seen(light, gloss=0.8, gloss_exponent=9, surface=2)
+    np.testing.assert_allclose(found, np.where(bar, every, matt), rtol=1e-6)
+    found = seen(light, gloss=0.8, gloss_exponent=9, surface=1)
+    np.testing.assert_allclose(found, np.where(bar, matt, every), rtol=1e-6)
+    assert effect.reach(effect.at(gloss=1, surface=2).values) == (np.inf, np.inf)
+    assert effect.reach(effect.at(lobe=1).values) == (0, 0)
+    assert effect.strained(effect.at(gloss=0.8, gloss_exponent=2).values, None)
+    assert not effect.strained(effect.at(gloss=0.8, gloss_exponent=9).values, None)
+
+
 @given(cosine=st.floats(-1, 1, width=32), lobe=st.floats(-1, 100), exponent=st.floats(0, 500), power=st.floats(-1, 5))
 def test_no_surface_sends_back_less_than_nothing(cosine, lobe, exponent, power):
     light = direct_light(np.ones((1, 1, 1)), np.eye(3), None, np.full((1, 1, 1), cosine))

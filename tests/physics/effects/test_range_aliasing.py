@@ -1,9 +1,12 @@
 """An aliased pulse against pulses of shots drawn one by one, whose period jitters."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from physics.effects.range_aliasing import effect
+from physics.motion import Motion
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 
@@ -64,3 +67,35 @@ def test_jitter_keeps_the_counts_and_the_mean_but_not_the_height(model, small):
     assert smeared.sum() == pytest.approx(steady.sum(), rel=1e-4)
     assert smeared @ centres == pytest.approx(steady @ centres, rel=1e-3)
     assert smeared.max() < 0.5 * steady.max()
+
+
+def moved(light, ahead):
+    """The light of a camera that has moved ahead by so many metres in each frame."""
+    poses = np.tile(np.eye(4), (len(ahead), 1, 1))
+    poses[:, 2, 3] = ahead
+    return replace(light, motion=Motion.of(light.time_s, poses))
+
+
+def test_a_target_that_stands_still_comes_nearer_as_the_camera_moves(small):
+    ahead = np.array([0.0, 0.12, 0.05])
+    model = ForwardModel(moved(small.light, ahead), small.footprints, small.clock, 4.0)
+    found = more(model, counts=50, apparent_range=0.8, still=1)
+    for i, way in enumerate(ahead):
+        np.testing.assert_allclose(found[i], more(model, counts=50, apparent_range=0.8 - way)[i], atol=1e-9)
+    # Where nobody knows how the camera moved it is taken to stand still itself.
+    blind = ForwardModel(small.light, small.footprints, small.clock, 4.0)
+    np.testing.assert_allclose(
+        more(blind, counts=50, apparent_range=0.8, still=1), more(blind, counts=50, apparent_range=0.8), atol=1e-9
+    )
+
+
+def test_it_suggests_a_target_that_stands_still(small):
+    light = moved(small.light, np.array([0.0, 0.35, -0.2]))
+    model = ForwardModel(light, small.footprints, small.clock, 4.0)
+    nominal, setting = model.expected(1e4), effect.at(counts=9000, apparent_range=0.7, still=1, jitter=0)
+    excess = np.random.default_rng(9).poisson(model.expected(1e4, [setting])) - nominal
+    starts = effect.starts(excess, nominal, Rendering(light, small.footprints, small.clock, 1e4))
+    assert {start["still"] for start in starts} == {0.0, 1.0}
+    best = next(start for start in starts if start["still"] == 1)
+    assert abs(best["apparent_range"] - 0.7) < 0.04
+    assert abs(best["speed"]) < 0.5

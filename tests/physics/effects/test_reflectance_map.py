@@ -69,6 +69,30 @@ def test_the_texture_is_a_polynomial_of_the_tangents_the_same_in_all_frames():
         np.testing.assert_allclose(factor[:, v, u], closed, rtol=1e-5)
 
 
+def room():
+    """3 frames of a wall and of a bar before it that moves; which pixels are the bar's."""
+    u = np.broadcast_to(np.arange(40), (3, 30, 40))
+    bar = np.abs(u - np.array([12, 16, 20])[:, None, None]) < 5
+    intrinsics = np.array([[30.0, 0, 19.5], [0, 30.0, 14.5], [0, 0, 1]])
+    return direct_light(np.where(bar, 0.8, 1.6), intrinsics, np.full(bar.shape, 0.5)), bar
+
+
+def test_one_surface_or_each_has_its_own_factor_wherever_it_moves():
+    light, bar = room()
+    nominal = light.returns[0].strength
+    alone = seen(light, one=0.4, surface=2).returns[0].strength / nominal
+    np.testing.assert_allclose(alone, np.where(bar, np.exp(0.4), 1), rtol=1e-5)
+    np.testing.assert_array_equal(seen(light, surface_2=0.4).returns[0].strength / nominal, alone)
+    wall = seen(light, one=-0.4, surface=1).reflectance / light.reflectance
+    np.testing.assert_allclose(wall, np.where(bar, 1, np.exp(-0.4)), rtol=1e-5)
+
+
+def test_where_surfaces_are_told_apart_it_looks_at_all_frames():
+    assert effect.reach(effect.at(one=0.3).values) == (np.inf, np.inf)
+    assert effect.reach(effect.at(surface_4=0.3).values) == (np.inf, np.inf)
+    assert effect.reach(effect.at(contrast=0.3, surface=3).values) == (0, 0)
+
+
 def test_where_no_reflectance_is_assumed_contrast_is_a_gain_and_the_step_nothing():
     plain = scene(None)
     np.testing.assert_allclose(

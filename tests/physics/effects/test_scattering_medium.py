@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from physics.effects.scattering_medium import effect
 from physics.light import Return, direct_light
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 
 @pytest.fixture
@@ -24,12 +25,12 @@ def test_without_backscatter_it_is_a_scene_dimmed_by_beer_and_lambert(small, mod
     np.testing.assert_allclose(found, closed, atol=1e-4 * closed.max())
 
 
-@pytest.mark.parametrize(("alpha", "overlap"), [(0.03, 0.05), (2.0, 0.2)])
-def test_backscatter_is_the_integral_over_each_pixels_open_air(small, model, alpha, overlap):
-    lit = model.expected(1e3, [effect.at(extinction=alpha, overlap=overlap)])
-    air = (lit - model.expected(1e3, [effect.at(extinction=alpha, overlap=overlap, albedo=0)])).sum(axis=-1)
+@pytest.mark.parametrize(("alpha", "overlap", "blind"), [(0.03, 0.05, 0.0), (2.0, 0.2, 0.0), (0.5, 0.1, 0.2)])
+def test_backscatter_is_the_integral_over_each_pixels_open_air(small, model, alpha, overlap, blind):
+    fog = {"extinction": alpha, "overlap": overlap, "blind": blind}
+    air = (model.expected(1e3, [effect.at(**fog)]) - model.expected(1e3, [effect.at(**fog, albedo=0)])).sum(axis=-1)
     ranges = small.light.range_m[0]
-    layers = [quad(lambda r: np.exp(-2 * alpha * r) / (r**2 + overlap**2), 0, end)[0] for end in ranges.ravel()]
+    layers = [quad(lambda r: np.exp(-2 * alpha * r) / (r**2 + overlap**2), blind, end)[0] for end in ranges.ravel()]
     weights = small.footprints.weights.reshape(4, -1)
     np.testing.assert_allclose(air[0], 1e3 * alpha / 4 * (weights @ np.array(layers)), rtol=2e-3)
 
@@ -52,3 +53,38 @@ def test_surfaces_beyond_the_window_have_open_air_before_them(small):
         found.append(ForwardModel(far, small.footprints, small.clock).expected(1e3, [effect.at()]))
     assert found[0].max() > 1
     np.testing.assert_allclose(found[0][..., :35], found[1][..., :35], atol=1e-6 * found[0].max())
+
+
+def test_a_layer_dims_what_is_behind_it_and_lights_up_itself(small, model):
+    alpha, overlap, begin, thickness = 1.5, 0.2, 0.4, 0.25
+    layer = {"extinction": alpha, "overlap": overlap, "begin": begin, "thickness": thickness}
+    dark = model.expected(1e3, [effect.at(**layer, albedo=0)])
+    direct = small.light.returns[0]
+    within = np.clip(direct.range_m - begin, 0, thickness)
+    dimmed = Return(direct.range_m, direct.strength * np.exp(-2 * alpha * within))
+    closed = ForwardModel(replace(small.light, returns=(dimmed,)), small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(dark, closed, atol=1e-2 * closed.max())
+    air = (model.expected(1e3, [effect.at(**layer)]) - dark).sum(axis=-1)
+    ends = np.clip(small.light.range_m[0], begin, begin + thickness).ravel()
+    layers = [quad(lambda r: np.exp(-2 * alpha * (r - begin)) / (r**2 + overlap**2), begin, end)[0] for end in ends]
+    weights = small.footprints.weights.reshape(4, -1)
+    np.testing.assert_allclose(air[0], 1e3 * alpha / 4 * (weights @ np.array(layers)), rtol=5e-3)
+
+
+def test_each_zone_may_look_into_air_of_its_own(model):
+    one, own = (model.expected(1e3, [effect.at(extinction=value)]) for value in (0.5, [0, 0.5, 0.2, 0.5]))
+    np.testing.assert_allclose(own[:, [1, 3]], one[:, [1, 3]])
+    np.testing.assert_allclose(own[:, 0], model.expected(1e3)[:, 0])
+
+
+def test_it_suggests_where_a_layer_is(small):
+    far = direct_light(np.full((3, 6, 10), 1.05), small.light.intrinsics, time_s=small.light.time_s)
+    model = ForwardModel(far, small.footprints, small.clock, 2.0)
+    nominal, gain = model.expected(3e4), 3e4
+    foggy = model.expected(gain, [effect.at(extinction=0.2, begin=0.5, thickness=0.3)])
+    excess = np.random.default_rng(1).poisson(foggy) - nominal
+    rendering = Rendering(far, small.footprints, small.clock, gain, background=2.0)
+    (start,) = effect.starts(excess, nominal, rendering)
+    assert abs(start["begin"] - 0.5) < 0.1
+    assert abs(start["begin"] + start["thickness"] - 0.8) < 0.1
+    assert effect.starts(np.zeros_like(nominal), nominal, rendering) == []

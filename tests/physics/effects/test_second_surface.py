@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from physics.effects.second_surface import effect
 from physics.light import Return
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 
 def test_it_is_a_scene_of_two_returns(small):
@@ -66,3 +68,46 @@ def test_behind_a_clear_pane_only_the_second_is_seen(small):
     ratio = found[..., 3:][seen] / nominal[..., :-3][seen]
     assert (ratio > (0.3 / (0.3 + spacing)) ** 2 - 1e-3).all()
     assert (ratio < (1.7 / (1.7 + spacing)) ** 2 + 1e-3).all()
+
+
+@pytest.mark.parametrize(("ratio", "falloff"), [(0.4, 0.0), (3.0, 1.0)])
+def test_it_may_reflect_otherwise_and_fall_off_otherwise(small, ratio, falloff):
+    passed, spacing = 0.2, 0.3
+    direct = small.light.returns[0]
+    behind = direct.range_m + np.float32(spacing)
+    second = ratio * passed * direct.strength * (direct.range_m / behind) ** falloff
+    returns = (Return(direct.range_m, (1 - passed) * direct.strength), Return(behind, second))
+    closed = ForwardModel(replace(small.light, returns=returns), small.footprints, small.clock).expected(1e3)
+    setting = effect.at(passed=passed, spacing=spacing, reflectance=ratio, falloff=falloff)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
+    np.testing.assert_allclose(found, closed, atol=1e-2 * closed.max())
+
+
+def test_only_surfaces_between_two_ranges_are_covered(small):
+    direct = small.light.returns[0]
+    # No pixel stands where the ends are soft.
+    ranges = direct.range_m
+    nearest, farthest = (
+        float(max(np.linspace(*ends, 200), key=lambda end: np.nanmin(np.abs(np.log(ranges / end)))))
+        for ends in ((0.5, 0.7), (0.9, 1.1))
+    )
+    inside = (ranges > nearest) & (ranges < farthest)
+    behind = ranges + np.float32(0.2)
+    first = Return(ranges, np.where(inside, 0.7, 1).astype(np.float32) * direct.strength)
+    second = Return(behind, np.where(inside, 0.3 * direct.strength * (ranges / behind) ** 2, 0).astype(np.float32))
+    closed = ForwardModel(replace(small.light, returns=(first, second)), small.footprints, small.clock).expected(1e3)
+    setting = effect.at(covered=0.3, spacing=0.2, nearest=nearest, farthest=farthest)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
+    np.testing.assert_allclose(found, closed, atol=0.03 * closed.max())
+
+
+def test_it_suggests_the_spacing_and_what_is_covered(small):
+    model = ForwardModel(small.light, small.footprints, small.clock, 2.0)
+    truth = effect.at(passed=[0.2, 0, 0.4, 0.1], spacing=0.35)
+    nominal = model.expected(3e5)
+    excess = np.random.default_rng(3).poisson(model.expected(3e5, [truth])) - nominal
+    starts = effect.starts(excess, nominal, Rendering(small.light, small.footprints, small.clock, 3e5, background=2.0))
+    assert abs(starts[0]["spacing"] - 0.35) < 0.03
+    assert {start["falloff"] for start in starts} == {0.0, 2.0}
+    for start in starts:
+        effect.at(**start)

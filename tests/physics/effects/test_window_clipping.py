@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physics.effects.window_clipping import effect
+from recordings.refusal import Refusal
 
-SHAPE = st.fixed_dictionaries({"softness": st.floats(1, 10), "lost": st.floats(0, 1), "background": st.floats(0, 1)})
+SHAPE = st.fixed_dictionaries({"softness": st.floats(1, 10), "lost": st.floats(0.3, 1), "background": st.floats(0, 1)})
 
 
 def seen(counts, level=0.0, **values):
@@ -58,6 +59,14 @@ def test_without_edges_nothing_is_lost_however_soft(shape):
     np.testing.assert_array_equal(seen(counts, 2.0, early=0, late=0, **shape), counts)
 
 
+def test_what_lets_nearly_all_pass_is_no_window():
+    with pytest.raises(Refusal, match=r"lost is 0\.1, expected 0\.3 to 1"):
+        effect.at(early=3, lost=0.1)
+    rendering = SimpleNamespace(expected=np.full((20, 3, 30), 100.0), background=0.0)
+    starts = effect.starts(-8.0 * (np.arange(30) > 18) * np.ones((20, 3, 1)), rendering.expected, rendering)
+    assert all(start["lost"] >= 0.3 for start in starts)
+
+
 def test_signal_alone_may_be_cut_and_a_share_of_it_lost():
     counts = np.array([[[3.0, 13, 23, 33]]])
     np.testing.assert_allclose(seen(counts, 3.0, early=2, background=0), [[[3, 3, 23, 33]]])
@@ -65,7 +74,7 @@ def test_signal_alone_may_be_cut_and_a_share_of_it_lost():
     np.testing.assert_allclose(seen(counts, 3.0, early=2, background=0, lost=0.4), [[[3, 9, 23, 33]]])
 
 
-@pytest.mark.parametrize("truth", [{"early": 30.0}, {"late": 25.0, "lost": 0.3}, {"early": 33.0, "softness": 4}])
+@pytest.mark.parametrize("truth", [{"early": 30.0}, {"late": 25.0, "lost": 0.5}, {"early": 33.0, "softness": 4}])
 @pytest.mark.parametrize("background", [0, 1])
 def test_it_suggests_the_edges_beyond_which_counts_are_lost(truth, background):
     level = 40 + 200 * np.exp(-(((np.arange(64) - 32) / 12) ** 2))

@@ -8,6 +8,7 @@ import pytest
 from physics.clock import Clock
 from physics.footprint import footprints
 from physics.light import direct_light
+from physics.motion import Motion
 from physics.nominal import ForwardModel
 from physics.pulse import tailed_pulse
 from physics.scene.view import View, Views
@@ -20,9 +21,9 @@ TIMES_S = np.array([0.0, 0.1, 0.2])
 
 @pytest.fixture
 def both(maps):
-    """(gain, effects, bins, seed, far_m) -> views, session and model of one scene: 3 frames of 6 × 10 pixels."""
+    """(gain, effects, bins, seed, far_m, poses) -> views, session and model of one scene: 3 frames of 6 × 10 pixels."""
 
-    def make(gain=1e5, effects=(), bins=48, seed=2, far_m=1.1, laser_cycles=200_000):
+    def make(gain=1e5, effects=(), bins=48, seed=2, far_m=1.1, laser_cycles=200_000, poses=(None,) * 3):
         rng = np.random.default_rng(seed)
         shape = (3, 6, 10)
         depth, reflectance, cosine = (
@@ -45,8 +46,14 @@ def both(maps):
             background_counts=background,
             effects=tuple(effects),
         )
-        seen = [View(7 + float(t), *images) for t, *images in zip(TIMES_S, depth, reflectance, cosine, strict=True)]
-        light = direct_light(depth, INTRINSICS, reflectance, cosine, time_s=TIMES_S, laser_cycles=laser_cycles)
+        seen = [
+            View(7 + float(t), *images, camera_pose=pose)
+            for t, *images, pose in zip(TIMES_S, depth, reflectance, cosine, poses, strict=True)
+        ]
+        motion = None if poses[0] is None else Motion.of(TIMES_S, np.stack(poses))
+        light = direct_light(
+            depth, INTRINSICS, reflectance, cosine, time_s=TIMES_S, laser_cycles=laser_cycles, motion=motion
+        )
         clock = Clock(width, bins, zero, pulse)
         return SimpleNamespace(
             maps=maps,

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from physics.effects import find_effect
@@ -24,6 +25,9 @@ STRENGTHS = {
         {"alternation": -0.1, "slope": 0.12},
         {"wave_sin": 0.3, "wave_cos": -0.2, "period": 9.3},
         {"edge": 0.4 * np.sin(np.arange(48) ** 2)},
+        {"wave_sin": 0.5, "wave_cos": -0.4, "period": 14, "moved": 0},
+        {"alternation": 0.2, "slope": -0.1, "moved": 0.4},
+        {"tap_1": 0.3, "tap_3": -0.4, "tap_6": 0.2, "tap_7": 0.4, "width": 0.5 * np.cos(np.arange(48) ** 2)},
     ],
     "bin_phase": [{"depth": 0.5}, {"depth": 1, "phase": 0.8}, {"whole": 0.4}, {"depth": 0.3, "whole": 1, "phase": 0.6}],
     "bin_width_error": [{"error": 0.03}, {"error": -0.08}, {"error": -0.02, "zero_in_seconds": 1}],
@@ -52,7 +56,9 @@ STRENGTHS = {
     "multipath": [
         {"between": 1, "sensor": 0, "outside": 0},
         {"between": 0, "sensor": 0.1, "outside": 0},
+        {"retro": 0.05},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
+        {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.5, "outside_azimuth": 70, "outside_tilt": 30},
     ],
     "non_lambertian": [
         {"lobe": 2, "exponent": 5},
@@ -60,6 +66,7 @@ STRENGTHS = {
         {"lobe": -0.9, "exponent": 3},
         {"power": 1.5},
         {"power": -0.8},
+        {"gloss": 2, "gloss_exponent": 3, "surface": 1},
     ],
     "parallax": [{"x": 0.03, "y": -0.02}, {"x": -0.08, "y": 0.05}],
     "pile_up": [{}, {"share": [1, 0.5, 0.3, 0]}],
@@ -85,13 +92,23 @@ STRENGTHS = {
         {"contrast": -1, "step": 0.7, "spot": -2, "spot_x": -0.3},
         {"near": 0.8, "near_range": 0.7},
         {"slope_x": 0.8, "slope_y": -1.5, "bow_x": -1, "bow_y": 0.6, "bow_xy": 2},
+        {"one": 0.5, "surface": 1, "surface_2": -0.9},
     ],
-    "scattering_medium": [{"extinction": 0.5}, {"extinction": 3, "albedo": 0.6, "overlap": 0.3}],
+    "scattering_medium": [
+        {"extinction": 0.5},
+        {"extinction": 3, "albedo": 0.6, "overlap": 0.3},
+        {"extinction": 0.8, "overlap": 0.1, "blind": 0.15},
+        {"extinction": [2, 0.5, 0, 1], "begin": 0.3, "thickness": 0.25},
+    ],
     "second_surface": [
         {"passed": 0.5, "spacing": 0.2},
         {"passed": 1, "spacing": 0.05},
         {"passed": 0.2, "spacing": -0.15},
         {"passed": 0.05, "spacing": -0.6},
+        {"passed": [0.5, 0, 0.2, 0.8], "spacing": 0.3, "reflectance": 0.4, "falloff": 0},
+        {"passed": [0.3, 0.1, 0, 0.2], "spacing": 0.1, "reflectance": 3, "falloff": 1},
+        {"covered": 0.4, "spacing": 0.25, "nearest": 0.5, "farthest": 0.9},
+        {"covered": 0.4, "spacing": -0.15, "nearest": 0.6, "reflectance": 0.5, "falloff": 0},
     ],
     "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}],
     "time_lag": [{"lag": 0.03}, {"lag": -0.13}],
@@ -177,6 +194,24 @@ def test_effects_compose_alike(names, both):
     found = compared(both, settings)
     assert found.p > 1e-4
     assert abs(found.size - 1) < 4 * found.sigma
+
+
+def test_a_plane_outside_the_view_stands_still_while_the_camera_moves(both):
+    """The camera comes nearer to it, turns, and at last is behind it."""
+    poses = np.tile(np.eye(4), (3, 1, 1))
+    poses[1, :3, :3] = Rotation.from_euler("zyx", [10, -15, 5], degrees=True).as_matrix()
+    poses[1:, 0, 3] = 0.25, 0.45
+    # Where the world's origin is does not matter.
+    poses = np.linalg.inv([[0, -1, 0, 2], [1, 0, 0, 3], [0, 0, 1, -1], [0, 0, 0, 1]]) @ poses
+    values = {"outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 10, "outside_tilt": -20}
+    setting = find_effect("multipath").at(**values)
+    found = compared(both, [setting], DRAWN["multipath"], poses=poses)
+    assert found.p > 1e-4
+    assert abs(found.size - 1) < 4 * found.sigma
+    still = both(gain=1, effects=[setting]).model.expected(1.0, [setting])
+    moved = both(gain=1, effects=[setting], poses=poses).model.expected(1.0, [setting])
+    np.testing.assert_allclose(moved[0], still[0])
+    assert np.abs(moved[1] - still[1]).max() > 0.01 * still[1].max()
 
 
 def test_every_act_is_that_of_an_effect():

@@ -1,0 +1,119 @@
+"""An effect beside those already chosen: fitted on some frames, judged on others."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from mismatch.descent import Descent
+from mismatch.fit import Fit, on_others, reached
+from mismatch.form import Form
+from mismatch.gained import gained
+from mismatch.poisson import LEAST
+from mismatch.race import race
+from mismatch.score import Score, start_of
+from mismatch.simulation import Simulation
+
+# Chance at which noise is let in, after correction for the number of forms tried.
+SIGNIFICANT = 1e-3
+# A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
+# is no name: two formulas of one cause differ by as much.
+MINOR, MINOR_PART = 60.0, 0.08
+# One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
+MINOR_AS_EXPECTED = 30.0
+# Nor need it gain any part of what others did where so much of its change is in cells that it changes by more than
+# they do: another formula of theirs would not.
+ELSEWHERE = 0.8
+# Deviance by which an effect must beat others where its name is stretched.
+STRAINED = 12.0
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An effect beside those already chosen, fitted.
+
+    score: what it promised. fit: of the frames that choose. criterion: deviance there, and the price of its parameters
+    (Schwarz 1978). heldout: deviance on the frames that decide. z: how many standard deviations the change it makes
+    stands out of the noise of those frames.
+    observed, expected_gain: what deviance it gains there, and what it should if it were the cause. elsewhere: part of
+    its change that is in cells which it changes by more than the effects before it do.
+    """
+
+    score: Score
+    fit: Fit
+    criterion: float
+    heldout: float
+    z: float
+    observed: float
+    expected_gain: float
+    elsewhere: float
+
+    @property
+    def form(self) -> Form:
+        """Its form."""
+        return self.score.form
+
+    def stands_out(self, many: int) -> bool:
+        """Whether it is more than noise on the frames that decide, one of so many candidates."""
+        return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > 0)
+
+    def is_minor(self, won: float) -> bool:
+        """Whether it gains too little to be a cause of its own beside others, which gained `won`.
+
+        The gain of a true cause scatters about what is expected by twice its root, as likelihood ratios do.
+        """
+        as_expected = self.observed > self.expected_gain - 2 * np.sqrt(max(self.expected_gain, 0.0))
+        least = MINOR_AS_EXPECTED if as_expected else MINOR
+        return self.observed < (least if self.elsewhere > ELSEWHERE else max(least, MINOR_PART * won))
+
+
+def price(simulation: Simulation) -> float:
+    """Deviance that a parameter must gain to be worth having: logarithm of the number of histograms (BIC)."""
+    return float(np.log(simulation.counts.shape[0] * simulation.counts.shape[1]))
+
+
+def cost(simulation: Simulation, fitted: Fit) -> float:
+    """Deviance that a fit's parameters must gain, and its effects where their names are stretched."""
+    rendering = simulation.rendering(fitted.gain)
+    strained = sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
+    return price(simulation) * len(fitted.x) + STRAINED * strained
+
+
+def candidates_of(train: Simulation, test: Simulation, before: Fit, chosen: list[Score]) -> list[Candidate]:
+    """Forms beside those of a fit, fitted on some frames and judged on others, best first.
+
+    Those that cannot come near the best are not fitted to the end, unless none of the others stands out.
+    """
+
+    def begun(found: Score) -> Descent:
+        x = np.concatenate([before.x, start_of(found.form, found.amplitude)])
+        return Descent(train, (*before.forms, found.form), x, before.frame_gain_sigma)
+
+    def judged(i: int) -> Candidate:
+        return candidate(train, test, before, chosen[i], reached(descents[i]))
+
+    descents = train.each(begun, chosen)
+    left = race(descents, [price(train) * len(descent.x) for descent in descents])
+    made = train.each(judged, range(len(chosen)))
+    if left and not any(made[i].stands_out(len(chosen)) for i in range(len(chosen)) if i not in left):
+        train.each(lambda i: descents[i].run(), left)
+        made = train.each(judged, range(len(chosen)))
+    return sorted(made, key=lambda c: c.criterion)
+
+
+def candidate(train: Simulation, test: Simulation, before: Fit, found: Score, fitted: Fit) -> Candidate:
+    """A form that was fitted beside those of a fit, judged on other frames."""
+    won = gained(test, before, fitted)
+    criterion = fitted.deviance + cost(train, fitted)
+    heldout = on_others(test, fitted)[1]
+    away = elsewhere(test, before, fitted) if before.forms else 1.0
+    return Candidate(found, fitted, criterion, heldout, won.z, won.observed, won.expected, away)
+
+
+def elsewhere(test: Simulation, before: Fit, fitted: Fit) -> float:
+    """Part of the last effect's change, by deviance, in cells that it changes by more than those before it do."""
+    now = on_others(test, before)[0]
+    theirs = np.abs(now - test.expected(before.gain))
+    its = np.abs(on_others(test, fitted)[0] - test.expected(fitted.gain, fitted.settings[:-1]))
+    size = its**2 / np.maximum(now, LEAST)
+    return float(size[its > theirs].sum() / max(size.sum(), LEAST))

@@ -1,0 +1,132 @@
+"""A fit on its way to the best coordinates: Fisher scoring with Levenberg's damping, one step after another."""
+
+import numpy as np
+
+from mismatch.form import Form, bounds, settings_at
+from mismatch.looks import deviance_at, equations
+from mismatch.noise import FrameGains
+from mismatch.simulation import Simulation
+from mismatch.steps import bounded_step, limits
+from recordings.refusal import Refusal
+
+STEP = 1e-3
+# Deviance by which a step must still gain; far below what one parameter gains by chance.
+SETTLED = 0.05
+# Levenberg's damping up to which a step is nearly the whole one.
+FREE = 0.1
+MOST_STEPS = 25
+MOST_TRIES = 8
+# A step is followed by others that gain as much at most: so many.
+AHEAD = 5.0
+
+
+class Descent:
+    """Where a fit is, and what it may still come to.
+
+    simulation: what is fitted. forms: what beside the gain. x: (N,) coordinates, log gain first. expected: (F, P, T)
+    there. deviance: with the frames' own gains at their best, and what those cost. over: whether no more is to be had,
+    or `MOST_STEPS` were taken.
+    hoped: deviance that it may come to, as its last step was; minus infinity before the first.
+    """
+
+    def __init__(
+        self, simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float, held: int | None = None
+    ) -> None:
+        """From coordinates x on. sigma: relative, of frames' gains. held: a coordinate that stays."""
+        self.simulation, self.forms, self.gains = simulation, forms, FrameGains(simulation, sigma)
+        self.low, self.high = limits(forms)
+        self.x = np.clip(np.asarray(x, float), self.low, self.high)
+        if held is not None:
+            self.low[held] = self.high[held] = self.x[held]
+        self.expected = expected_at(simulation, forms, self.x)
+        self.deviance = deviance_at(self.gains, forms, self.x, self.expected)
+        self.hoped, self.over, self._damping, self._steps = -np.inf, False, 1e-3, 0
+
+    def run(self, most_steps: int = MOST_STEPS) -> "Descent":
+        """So many steps, or until it is over."""
+        for _ in range(most_steps):
+            if self.over:
+                break
+            self._step()
+        return self
+
+    def _step(self) -> None:
+        """One step, with as much damping as it takes to gain."""
+        columns = derivatives(self.simulation, self.forms, self.x, self.expected)
+        gradient, curvature = equations(self.gains, self.forms, self.x, self.expected, columns)
+        whole = bounded_step(gradient, curvature, 0.0, self.x, self.low, self.high)
+        promised = float(2 * gradient @ whole - whole @ curvature @ whole)
+        for _ in range(MOST_TRIES):
+            step = bounded_step(gradient, curvature, self._damping, self.x, self.low, self.high)
+            there = np.clip(self.x + step, self.low, self.high)
+            try:
+                then = expected_at(self.simulation, self.forms, there)
+            except Refusal:  # Counts that cannot be are a step too far.
+                self._damping = max(10 * self._damping, 1e-3)
+                continue
+            reached = deviance_at(self.gains, self.forms, there, then)
+            if reached < self.deviance:
+                break
+            self._damping = max(10 * self._damping, 1e-3)
+            if np.abs(step).max() < 1e-7:
+                self.over = True
+                return
+        else:
+            self.over = True
+            return
+        won, damped = self.deviance - reached, self._damping
+        self.x, self.expected, self.deviance, self._damping = there, then, reached, damped / 10
+        self.hoped = reached - AHEAD * max(won, promised - won)
+        # A short step gains little wherever it is: only one that was hardly damped says that no more is to be had.
+        self._steps += 1
+        self.over = (won < SETTLED and damped <= FREE) or self._steps == MOST_STEPS
+
+
+def expected_at(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray) -> np.ndarray:
+    """(F, P, T) expected counts at coordinates."""
+    return simulation.expected(float(np.exp(x[0])), settings_at(forms, x))
+
+
+def derivatives(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, here: np.ndarray) -> np.ndarray:
+    """(F·P·T, N) change of expected counts `here` with each coordinate.
+
+    Where each zone or bin has its own value, all are moved at once: each moves its own counts only. An edge moves the
+    bin before it and the one after: even and odd edges are moved one after the other.
+    """
+    out = np.zeros((here.size, len(x)))
+    moved = x.copy()
+    moved[0] += STEP
+    out[:, 0] = ((expected_at(simulation, forms, moved) - here) / STEP).ravel()
+    at = 1
+    for form in forms:
+        coordinates = form.coordinates
+        start = 0
+        while start < len(coordinates):
+            parameter, place = coordinates[start]
+            count = 1 if place is None else form.sizes[parameter.name]
+            _, high = bounds(parameter)
+            which = slice(at + start, at + start + count)
+            step = np.where(x[which] + 2 * STEP > high, -STEP, STEP)
+            own = out.reshape(*here.shape, -1)
+            axis = None if place is None else parameter.axis
+            turns = 2 if axis == "edge" else 1
+            for turn in range(turns):
+                moved = x.copy()
+                moved[which][turn::turns] += step[turn::turns]
+                change = expected_at(simulation, forms, moved) - here
+                for i in range(turn, count, turns):
+                    cells = _moved_cells(axis, i)
+                    own[(*cells, at + start + i)] = change[cells] / step[i]
+            start += count
+        at += len(coordinates)
+    return out
+
+
+def _moved_cells(axis: str | None, i: int) -> tuple[slice, slice, slice]:
+    """Which of (F, P, T) counts move with a parameter, or with that of one zone, bin or edge."""
+    every, one = slice(None), slice(i, i + 1)
+    if axis == "zone":
+        return every, one, every
+    if axis == "bin":
+        return every, every, one
+    return every, every, slice(max(i - 1, 0), i + 1) if axis == "edge" else every

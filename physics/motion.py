@@ -1,0 +1,36 @@
+"""How the camera moved through a scene: what stands still outside its view is elsewhere in every frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where the camera was. time_s: (N,) since the first frame of the session. start_from_camera: (N, 4, 4) rigid
+    transforms from its frame at that time to that at the session's beginning.
+    """
+
+    time_s: np.ndarray
+    start_from_camera: np.ndarray
+
+    @classmethod
+    def of(cls, time_s: np.ndarray, pose: np.ndarray | None, start: np.ndarray | None = None) -> "Motion | None":
+        """From poses (N, 4, 4), world from camera, and that at the beginning, the first where not given.
+
+        None where poses are not known: then the camera is taken to stand still.
+        """
+        if pose is None:
+            return None
+        poses = np.asarray(pose, float)
+        return cls(np.asarray(time_s, float), np.linalg.inv(poses[0] if start is None else start) @ poses)
+
+    def plane(self, normal: np.ndarray, distance_m: float, time_s: float) -> tuple[np.ndarray, float]:
+        """A plane n·X = d of the frame at the beginning, its normal (3,) and distance in the camera's frame then."""
+        there = self.start_from_camera[int(np.argmin(np.abs(self.time_s - time_s)))]
+        return there[:3, :3].T @ normal, float(distance_m - normal @ there[:3, 3])
+
+    def forward_m(self, time_s: np.ndarray) -> np.ndarray:
+        """(F,) how far it has moved along the axis on which it looked at the beginning."""
+        nearest = np.abs(self.time_s[:, None] - np.asarray(time_s, float)).argmin(axis=0)
+        return self.start_from_camera[nearest, 2, 3]

@@ -1,0 +1,50 @@
+"""The factor by which surfaces reflect otherwise than was assumed, pixel by pixel."""
+
+import numpy as np
+from scipy.special import expit
+
+from physics.effect import Values
+from physics.light import Light
+from physics.segments import segments
+
+# The reflectance that contrast leaves as it is. One number for all scenes, so that frames do not depend on each other;
+# which one does not matter where a gain is fitted.
+MIDDLE = 0.5
+# Width of the edge of what is "dark", in log reflectance: 10 % of the way to the other side at ±22 % of `level`.
+EDGE = 0.1
+# The same of what is "near", in log range.
+NEAR_EDGE = 0.02
+
+# The texture's terms of first and second order.
+TEXTURE = ("slope_x", "slope_y", "bow_x", "bow_y", "bow_xy")
+# Surfaces that have factors of their own at once, beside the largest.
+SURFACES = tuple(f"surface_{k}" for k in range(2, 5))
+
+
+def by_surface(values: Values) -> bool:
+    """Whether surfaces are told apart at all."""
+    return any(values[name] != 0 for name in ("one", *SURFACES))
+
+
+def log_factor(values: Values, light: Light) -> np.ndarray:
+    """Logarithm of the factor, (F, H, W) or what broadcasts to it; 0 where nothing is reflected or known."""
+    found = np.zeros(())
+    if values["spot"] != 0:
+        x, y = light.rays[..., 0] - values["spot_x"], light.rays[..., 1] - values["spot_y"]
+        found = values["spot"] * np.exp(-(x**2 + y**2) / (2 * values["spot_size"] ** 2))
+    if any(values[name] != 0 for name in TEXTURE):
+        x, y = light.rays[..., 0], light.rays[..., 1]
+        terms = zip(TEXTURE, (x, y, x**2, y**2, x * y), strict=True)
+        found = found + sum(values[name] * term for name, term in terms)
+    if values["contrast"] != 0 or values["step"] != 0:
+        log = np.log(np.where(light.reflectance > 0, light.reflectance, MIDDLE).astype(float))
+        found = found + values["contrast"] * (log - np.log(MIDDLE))
+        found = found + values["step"] * expit((np.log(values["level"]) - log) / EDGE)
+    if values["near"] != 0:
+        range_m = np.where(light.range_m > 0, light.range_m, np.inf)
+        found = found + values["near"] * expit((np.log(values["near_range"]) - np.log(range_m)) / NEAR_EDGE)
+    if by_surface(values):
+        number = segments(light.range_m, light.intrinsics)
+        found = found + values["one"] * (number == round(values["surface"]))
+        found = found + sum(values[name] * (number == k) for k, name in enumerate(SURFACES, start=2))
+    return found

@@ -1,0 +1,107 @@
+"""Replicas: where in an excess of counts all of what surfaces send back seems to come once more, so much later."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.constants import speed_of_light
+from scipy.fft import irfft, next_fast_len, rfft
+
+from physics.intervals import best_interval
+from physics.rendering import Rendering
+
+# Of light before the pulse is over nothing can be told by its range: it counts as this far, metres.
+NEAREST_M = 0.1
+# What is told apart from a gain by less than this part is not told; a replica of all light must gain so much deviance;
+# and a spacing with less than this part of the most evidence is none.
+TOLD, SHOWN, PROMISING = 1e-3, 10.0, 0.2
+
+
+@dataclass(frozen=True)
+class Replica:
+    """A second pulse at a fixed distance. spacing_m: behind the first, negative before it.
+    evidence: sum of squares of how many standard deviations there are more counts there than expected.
+    nearest_m, farthest_m: ranges between which surfaces seem to have one. evidence_there: of these surfaces alone.
+    """
+
+    spacing_m: float
+    evidence: float
+    nearest_m: float
+    farthest_m: float
+    evidence_there: float
+
+
+def replicas(
+    excess: np.ndarray, expected: np.ndarray, rendering: Rendering, falloff: float, most: int = 2
+) -> list[Replica]:
+    """Spacings at which a replica of the light in `expected` would explain most of an excess, best first.
+
+    excess: (F, P, T) recorded less expected counts. falloff: power of the ratio of ranges by which it is dimmer. Its
+    part of the light is the same in all zones, or each zone's own: the `most` best of either. Matched filters for white
+    noise (Turin 1960, IRE Trans. Inf. Theory 6, 311) at all spacings at once, as correlations, beside a free gain.
+    """
+    clock, bins = rendering.clock, expected.shape[-1]
+    metres = clock.bin_width_s * speed_of_light / 2
+    light = np.maximum(expected - rendering.background, 0)
+    noise = 1 / np.maximum(expected, 1)
+    whole = float((light**2 * noise).sum())
+    excess = excess - light * (light * excess * noise).sum() / max(whole, 1e-12)
+    ranges = _ranges(rendering, bins)
+    shifts = np.arange(1 - bins, bins)
+    # By the mean range of what each zone sees: within a pulse the bins do not tell ranges.
+    mean = ((light * ranges).sum(axis=-1) / np.maximum(light.sum(axis=-1), 1e-12))[..., None]
+    mean = np.maximum(mean, NEAREST_M)
+    dimmer = (mean / np.maximum(mean + shifts * metres, NEAREST_M)) ** falloff
+    promised = (dimmer * _correlation(light, excess * noise)).sum(axis=0)
+    information = (dimmer**2 * _correlation(light**2, noise)).sum(axis=0)
+    by_gain = (dimmer * _correlation(light, light * noise)).sum(axis=(0, 1))
+    total = information.sum(axis=0)
+    free = total - by_gain**2 / max(whole, 1e-12)
+    # Where the gain can make nearly all of it, or all of the light once more would not show, there is none to be found.
+    told = (free > TOLD * total) & (total > SHOWN)
+    alike = np.where(told, np.maximum(promised.sum(axis=0), 0) ** 2 / np.where(told, free, 1), 0)
+    each = np.where(told, (np.maximum(promised, 0) ** 2 / np.maximum(information, 1e-12)).sum(axis=0), 0)
+    peaks = [one for evidence in (alike, each) for one in _peaks(evidence)[:most]]
+    best: dict[int, tuple[float, float]] = {}
+    for at, evidence in sorted(peaks, key=lambda one: -one[1]):
+        if evidence > PROMISING * max(one[1] for one in peaks):
+            best.setdefault(round(at), (at, evidence))
+    middle = ranges.reshape(-1, bins).mean(axis=0)
+    found = []
+    for at, evidence in best.values():
+        k = shifts[round(at)]
+        late, early = slice(max(k, 0), bins + min(k, 0)), slice(max(-k, 0), bins - max(k, 0))
+        second = light[..., early] * dimmer[..., round(at), None]
+        seen = (excess * noise)[..., late], second * noise[..., late], (light * noise)[..., late]
+        first, last, there = best_interval(*((second * one).sum(axis=(0, 1)) for one in seen), whole)
+        ends = middle[early][[first, max(last - 1, first)]] + np.array([-0.5, 0.5]) * metres
+        spacing = float((at - (bins - 1)) * metres)
+        found.append(Replica(spacing, evidence, float(ends[0]), float(ends[1]), there))
+    return found
+
+
+def _ranges(rendering: Rendering, bins: int) -> np.ndarray:
+    """(1 or F, P, T) range of what arrives in each bin, by the pulse's mean delay; no nearer than can be told."""
+    clock, pulse = rendering.clock, rendering.clock.pulse
+    late_s = float((pulse.time_s * pulse.probability).sum() / pulse.probability.sum())
+    zero = np.atleast_2d(np.asarray(clock.time_zero_s, float))[..., None] + late_s
+    ranges = speed_of_light / 2 * ((np.arange(bins) + 0.5) * clock.bin_width_s - zero)
+    return np.maximum(ranges, NEAREST_M)
+
+
+def _correlation(first: np.ndarray, later: np.ndarray) -> np.ndarray:
+    """(F, P, 2T - 1) sums over bins of first[t]·later[t + k], for k from 1 - T to T - 1."""
+    bins = first.shape[-1]
+    size = next_fast_len(2 * bins, real=True)
+    product = np.conj(rfft(first, size)) * rfft(later, size)
+    return np.roll(irfft(product, size), bins - 1, axis=-1)[..., : 2 * bins - 1]
+
+
+def _peaks(evidence: np.ndarray) -> list[tuple[float, float]]:
+    """Where it is higher than on either side, between entries as a parabola has it, and how high; the highest first."""
+    padded = np.concatenate([[0], evidence, [0]])
+    before, after = padded[:-2], padded[2:]
+    top = np.flatnonzero((evidence > before) & (evidence >= after))
+    bend = 2 * evidence[top] - before[top] - after[top]
+    places = top + (after[top] - before[top]) / (2 * bend)
+    order = np.argsort(-evidence[top])
+    return [(float(places[i]), float(evidence[top[i]])) for i in order]

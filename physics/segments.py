@@ -1,0 +1,155 @@
+"""Surfaces told apart by their geometry alone, and followed from frame to frame.
+
+On a plane the inverse of depth is linear in the image (Faugeras 1993, Three-Dimensional Computer Vision, section 7):
+its second differences vanish but for curvature, and are large where surfaces meet or hide each other.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.ndimage import label
+
+from physics.geometry import pixel_rays
+
+# Change of a surface's slope from pixel to pixel, as a tangent, that ends it; or so many times the median where depth
+# is noisy.
+BENT, NOISY = 0.2, 6.0
+# Pieces of fewer pixels than this part of the image are no surfaces of their own.
+SMALL = 0.004
+# Relative difference of ranges within which pieces lie on one plane, and within which one pixel still sees the same.
+COPLANAR, FOLLOWED = 0.01, 0.1
+
+
+def segments(range_m: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+    """(F, H, W) int32 number of the surface at each pixel, from 1 in order of their pixels in all frames; 0 at none.
+
+    range_m: (F, H, W) metres, NaN or 0 where unknown. intrinsics: (3, 3) pinhole matrix of the grid.
+    """
+    return _segments(_Ranges(range_m, np.asarray(intrinsics, float)))
+
+
+class _Ranges:
+    """Ranges of all frames: the same only as themselves, so that what was made of them is kept as long as needed."""
+
+    def __init__(self, range_m: np.ndarray, intrinsics: np.ndarray) -> None:
+        self.range_m, self.intrinsics = range_m, intrinsics
+
+    def __hash__(self) -> int:
+        return id(self.range_m)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Ranges) and other.range_m is self.range_m
+
+
+@lru_cache(maxsize=4)
+def _segments(ranges: _Ranges) -> np.ndarray:
+    """See `segments`."""
+    rays = pixel_rays(ranges.intrinsics, ranges.range_m.shape[1:])
+    length, focal_px = np.linalg.norm(rays, axis=-1), (ranges.intrinsics[0, 0], ranges.intrinsics[1, 1])
+    out = np.zeros(ranges.range_m.shape, np.int32)
+    before, count = None, 0
+    for i, range_m in enumerate(ranges.range_m):
+        known = np.isfinite(range_m) & (range_m > 0)
+        inverse = np.where(known, length / np.where(known, range_m, 1), np.nan)
+        pieces = _in_frame(inverse, rays, focal_px)
+        if before is not None:
+            pieces, count = _followed(pieces, inverse, out[i - 1], before, count)
+        else:
+            count = int(pieces.max())
+        out[i], before = pieces, inverse
+    sizes = np.bincount(out.ravel(), minlength=count + 1)
+    sizes[0] = 0
+    rank = np.zeros(count + 1, np.int32)
+    rank[np.argsort(-sizes, kind="stable")] = np.arange(1, count + 2)
+    rank[sizes == 0] = 0
+    return rank[out]
+
+
+def _in_frame(inverse: np.ndarray, rays: np.ndarray, focal_px: tuple[float, float]) -> np.ndarray:
+    """(H, W) numbers of surfaces in one frame, from inverse depth (H, W), NaN where unknown."""
+    bends = []
+    for axis, focal in ((1, focal_px[0]), (0, focal_px[1])):
+        kink = np.zeros(inverse.shape)
+        inner = tuple(slice(1, -1) if a == axis else slice(None) for a in (0, 1))
+        kink[inner] = np.diff(inverse, 2, axis=axis)
+        bends.append(np.abs(kink) * focal / inverse)
+    known = np.isfinite(inverse)
+    # Beside unknown depth a surface may go on.
+    bend = np.nan_to_num(np.maximum(*bends))
+    found, count = label(known & (bend < max(BENT, NOISY * float(np.median(bend)))))
+    sizes = np.bincount(found.ravel(), minlength=count + 1)
+    kept = np.flatnonzero(sizes[1:] >= SMALL * inverse.size) + 1
+    found = _joined(np.where(np.isin(found, kept), found, 0), kept, inverse, rays)
+    return _grown(found, inverse)
+
+
+def _grown(found: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """Pieces (H, W) with what bends: each pixel goes with the neighbour that lies on a plane with it."""
+    found, framed = np.pad(found, 1), np.pad(inverse, 2, constant_values=np.nan)
+    inner, middle = (slice(1, -1), slice(1, -1)), (slice(2, -2), slice(2, -2))
+    sides = ((0, 1), (0, -1), (1, 0), (-1, 0))
+    beside, beyond = (
+        np.stack([np.roll(framed, (many * down, many * right), (0, 1))[middle] for down, right in sides])
+        for many in (1, 2)
+    )
+    off = np.abs(inverse - np.where(np.isfinite(beyond), 2 * beside - beyond, beside))
+    off = np.where(np.isfinite(off), off, np.inf)
+    while True:
+        beside = np.stack([np.roll(found, side, (0, 1))[inner] for side in sides])
+        # A neighbour that is in no piece yet may be in one soon; where all wait for each other, the pieces decide.
+        for distance in (off, np.where(beside > 0, off, np.inf)):
+            best = np.argmin(distance, axis=0)[None]
+            number, near = (np.take_along_axis(of, best, 0)[0] for of in (beside, distance))
+            reached = (found[inner] == 0) & (number > 0) & np.isfinite(near)
+            if reached.any():
+                break
+        else:
+            return found[inner]
+        found[inner][reached] = number[reached]
+
+
+def _joined(found: np.ndarray, numbers: np.ndarray, inverse: np.ndarray, rays: np.ndarray) -> np.ndarray:
+    """Pieces (H, W) of one plane that something hides in the middle become one; numbered from 1."""
+    plane: dict[int, np.ndarray] = {}
+    new = np.zeros(int(found.max()) + 1, np.int32)
+    for number in numbers:
+        at = found == number
+        points = rays[at]
+        fitted = np.linalg.lstsq(points.T @ points, points.T @ inverse[at], rcond=None)[0]
+        flat = np.abs(points @ fitted / inverse[at] - 1).max() < COPLANAR
+        for other, theirs in plane.items():
+            there = found == other
+            off = max(
+                np.abs(points @ theirs / inverse[at] - 1).max(), np.abs(rays[there] @ fitted / inverse[there] - 1).max()
+            )
+            if flat and off < COPLANAR:
+                new[number] = new[other]
+                break
+        else:
+            new[number] = new.max() + 1
+            if flat:
+                plane[number] = fitted
+    return new[found]
+
+
+def _followed(
+    pieces: np.ndarray, inverse: np.ndarray, earlier: np.ndarray, before: np.ndarray, count: int
+) -> tuple[np.ndarray, int]:
+    """The pieces of a frame with the numbers they had in the one before, new numbers for new ones; how many by now.
+
+    Two pieces are one surface where each shares more pixels of like depth with the other than with any third.
+    """
+    like = np.abs(inverse / before - 1) < FOLLOWED
+    many = int(pieces.max())
+    shared = np.zeros((many + 1, count + 1), int)
+    np.add.at(shared, (pieces[like], earlier[like]), 1)
+    shared[0] = shared[:, 0] = 0
+    number = np.zeros(many + 1, np.int32)
+    for piece in range(1, many + 1):
+        other = int(np.argmax(shared[piece]))
+        if shared[piece, other] > 0 and int(np.argmax(shared[:, other])) == piece:
+            number[piece] = other
+        else:
+            count += 1
+            number[piece] = count
+    return number[pieces], count

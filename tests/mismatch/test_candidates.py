@@ -1,0 +1,47 @@
+"""When a second effect is a cause of its own, and when it may be another formula of the first."""
+
+import numpy as np
+import pytest
+
+from mismatch.candidates import Candidate, elsewhere
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import forms_of
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48}
+
+
+def of(observed, expected, away):
+    return Candidate(None, None, 0.0, 0.0, 9.0, observed, expected, away)
+
+
+@pytest.mark.parametrize(
+    ("observed", "expected", "away", "won", "minor"),
+    [
+        (100, 100, 0.0, 1000, False),  # A tenth of what the first gained.
+        (70, 70, 0.0, 1000, True),  # Less than that, and where the first acts.
+        (70, 70, 0.9, 1000, False),  # The same where it does not.
+        (35, 40, 0.9, 1000, False),  # Little, but as it should be.
+        (35, 90, 0.9, 1000, True),  # Little, and less than it should be.
+        (25, 25, 1.0, 1000, True),  # Too little in any case.
+        (40, 40, 0.0, 100, False),
+    ],
+)
+def test_what_is_minor(observed, expected, away, won, minor):
+    assert of(observed, expected, away).is_minor(won) == minor
+
+
+def test_what_is_elsewhere_is_counted_cell_by_cell(drawn):
+    simulation = drawn(3, "impulse_tail", share=0.15, tau=4e-10)
+    (tail, *_), (other, *_) = (list(forms_of(find_effect(name), SIZES)) for name in ("impulse_tail", "range_walk"))
+    before = fit(simulation, (tail,), np.concatenate([fit_nominal(simulation).x, tail.at_start()]))
+    fitted = fit(simulation, (tail, other), np.concatenate([before.x, other.at_start()]))
+    first = before.expected - simulation.expected(before.gain)
+    change = fitted.expected - simulation.expected(fitted.gain, fitted.settings[:1])
+    total = own = 0.0
+    for cell in np.ndindex(change.shape):
+        size = change[cell] ** 2 / max(before.expected[cell], 1e-3)
+        total += size
+        own += size * (abs(change[cell]) > abs(first[cell]))
+    assert elsewhere(simulation, before, fitted) == pytest.approx(own / total)
+    assert 0 < own < total

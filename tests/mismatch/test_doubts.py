@@ -1,0 +1,34 @@
+"""Names that gain less than they should."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from mismatch.doubts import doubts
+from mismatch.verdict import Named
+from physics.effects import find_effect
+
+NOBODY = SimpleNamespace(settings=())
+
+
+def named(name, gain, expected):
+    return Named(name, "It is there.", (), gain, 1e-9, expected)
+
+
+@pytest.mark.parametrize(
+    ("gain", "expected", "doubted"),
+    [(87, 218, True), (190, 218, False), (400, 218, False), (1500, 1900, False), (900, 1900, True), (2, 9, False)],
+)
+def test_a_name_is_doubted_where_it_falls_far_short(drawn, gain, expected, doubted):
+    found = doubts(drawn(1), NOBODY, (named("pile_up", gain, expected),))
+    assert len(found) == doubted
+    if doubted:
+        assert found[0].sentence.startswith("pile_up stands in for something else: it gains ")
+        assert found[0].p_value < 1e-3
+        assert found[0].follows == "nothing"
+
+
+def test_an_effect_that_looks_is_not_doubted(drawn):
+    setting = find_effect("interference").at(roaming=50)
+    judged = SimpleNamespace(settings=(setting,))
+    assert not doubts(drawn(1), judged, (named("interference", 50, 300),))

@@ -1,0 +1,83 @@
+"""What is kept with light against making it again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from physics.arrivals import arrivals
+from physics.kept import KEPT, kept_with_light, same_knots
+from physics.nominal import ForwardModel
+
+
+@pytest.fixture
+def counted():
+    """A sum that counts how often it is made, and its count."""
+    made = []
+
+    @kept_with_light
+    def add_up(light, footprints, clock):
+        made.append(clock)
+        return arrivals(light, footprints, clock).light
+
+    return add_up, made
+
+
+def tailed(clock, tau=4e-10, share=0.1):
+    return replace(clock, pulse=clock.pulse.with_tail(tau, share))
+
+
+def test_the_same_is_made_once_and_is_to_be_read_only(small, counted):
+    add_up, made = counted
+    first = add_up(small.light, small.footprints, small.clock)
+    again = add_up(small.light, small.footprints, replace(small.clock))
+    assert len(made) == 1
+    np.testing.assert_array_equal(first, again)
+    with pytest.raises(ValueError, match="read-only"):
+        first += 1
+
+
+@pytest.mark.parametrize("longer_first", [False, True])
+def test_another_pulse_on_the_same_steps_gets_what_it_would_have_got(small, counted, longer_first):
+    add_up, _ = counted
+    clocks = [small.clock, tailed(small.clock), tailed(small.clock, 2e-10)]
+    for clock in reversed(clocks) if longer_first else clocks:
+        got = add_up(small.light, small.footprints, clock)
+        assert got.shape[-1] == clock.lattice.size
+        np.testing.assert_allclose(got, arrivals(small.light, small.footprints, clock).light, atol=1e-9 * got.max())
+
+
+def test_other_knots_are_told_apart(small):
+    clock = small.clock
+    assert same_knots(clock, replace(clock))
+    later = np.asarray(clock.time_zero_s) + 1e-12
+    for other in (
+        replace(clock, time_zero_s=later),
+        replace(clock, bin_width_s=clock.bin_width_s * 1.001),
+        replace(clock, least_per_bin=2 * clock.lattice.per_bin),
+    ):
+        assert not same_knots(clock, other)
+        assert not same_knots(other, clock)
+
+
+def test_other_light_and_footprints_are_made_anew_and_the_oldest_is_let_go(small, counted):
+    add_up, made = counted
+    add_up(small.light, small.footprints, small.clock)
+    add_up(replace(small.light), small.footprints, small.clock)
+    assert len(made) == 2
+    for _ in range(KEPT):
+        add_up(small.light, replace(small.footprints), small.clock)
+    add_up(small.light, small.footprints, small.clock)
+    assert len(made) == 2 + KEPT + 1
+
+
+def test_a_model_that_comes_back_to_where_it_was_gives_what_a_fresh_one_does(small):
+    from physics.effects import find_effect
+
+    tail, drift = find_effect("impulse_tail"), find_effect("time_zero_offset")
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    asked = [(), (tail.at(share=0.1),), (tail.at(share=0.2), drift.at(delay=1e-10)), (tail.at(share=0.1),), ()]
+    for effects in asked:
+        fresh = ForwardModel(small.light, small.footprints, small.clock)
+        got, expected = model.expected(2.0, effects), fresh.expected(2.0, effects)
+        np.testing.assert_allclose(got, expected, atol=1e-9 * expected.max())

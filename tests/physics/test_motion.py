@@ -1,0 +1,33 @@
+"""Points of a plane that stands still lie in it, wherever the camera is."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from physics.motion import Motion
+
+
+@given(st.integers(0, 10_000))
+def test_points_of_a_plane_stay_in_it(seed):
+    rng = np.random.default_rng(seed)
+    poses = np.tile(np.eye(4), (3, 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = Rotation.random(3, random_state=rng).as_matrix(), rng.normal(size=(3, 3))
+    motion = Motion.of([0.0, 0.1, 0.2], poses)
+    normal = np.array([0.6, 0.0, 0.8])
+    across = np.array([[0, 1.0, 0], [0.8, 0, -0.6]])
+    first = 0.7 * normal + rng.normal(size=(5, 2)) @ across
+    world = first @ poses[0, :3, :3].T + poses[0, :3, 3]
+    for i, time in enumerate((0.01, 0.09, 0.2)):
+        now = (world - poses[i, :3, 3]) @ poses[i, :3, :3]
+        axis, distance = motion.plane(normal, 0.7, time)
+        np.testing.assert_allclose(now @ axis, distance, atol=1e-12)
+        np.testing.assert_allclose(np.linalg.norm(axis), 1)
+
+
+def test_the_beginning_may_lie_before_and_poses_may_be_unknown():
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, 2, 3] = 1.0, 1.5
+    motion = Motion.of([4.0, 5.0], poses, start=np.eye(4))
+    assert [motion.plane(np.array([0, 0, 1.0]), 3.0, time)[1] for time in (4.2, 7.0)] == [2.0, 1.5]
+    assert Motion.of([0.0], None) is None
