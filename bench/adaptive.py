@@ -3,7 +3,7 @@
 Evenly spread positions are completed twice: by splines, and as adaptive scans are, by the sensor's optics.
 
 Run with the names of what to measure: long, short (the published maps), and whole numbers (simulated sensors). The
-adaptive plan was made with the long-range maps and sensors 1 to 3; the short-range maps and other sensors test it.
+plan was made with the long-range maps and sensors 1 to 3 and 6; the short-range maps and other sensors test it.
 """
 
 import os

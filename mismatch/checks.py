@@ -38,7 +38,14 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
         sums.append((white[:, bright], "cell"))
     rhythms = [beat(white, what) for white, what in sums]
     single = outlier(counts[:, alive], mean_alive, np.flatnonzero(alive))
-    return [wave(excess / np.sqrt(mean_alive)), *rhythms, dispersion(counts, mean), *remainders(counts, mean), single]
+    return [
+        wave(excess / np.sqrt(mean_alive)),
+        *rhythms,
+        dispersion(counts, mean),
+        *remainders(counts, mean),
+        single,
+        late(excess, mean_alive),
+    ]
 
 
 def wave(white: np.ndarray) -> Check:
@@ -68,6 +75,18 @@ def beat(white: np.ndarray, what: str) -> Check:
     p = float(-np.expm1(power.size * np.log1p(-np.exp(-min(float(power[best]), 600.0)))))
     where = "one cell" if what == "cell" else f"{what} {best[1]}"
     return Check(p, f"{where} goes up and down {best[0] + 1} times over the frames")
+
+
+def late(excess: np.ndarray, mean: np.ndarray) -> Check:
+    """Whether single histograms, of one zone in one frame, are registered later or earlier than expected."""
+    slope = np.gradient(mean, axis=-1)
+    information = (slope**2 / mean).sum(axis=-1)
+    told = information > LEAST
+    if not told.any():
+        return Check(1.0, "")
+    score = (excess * slope / mean).sum(axis=-1)[told]
+    z2 = score**2 / information[told]
+    return Check(float(chi2.sf(z2.sum(), z2.size)), "histograms of single zones and frames come early or late")
 
 
 def outlier(counts: np.ndarray, mean: np.ndarray, zones: np.ndarray) -> Check:

@@ -71,6 +71,15 @@ class Form:
         parameters = [p for p, _ in self.coordinates]
         return np.array([to_coordinate(p, v) for p, v in zip(parameters, np.concatenate(parts), strict=True)])
 
+    def with_own(self, own: tuple[str, ...]) -> "Form":
+        """The same form in which each zone has its own values of these parameters; a fit of it begins elsewhere."""
+        return replace(self, own=own)
+
+    def given_as(self, other: "Form") -> "Form":
+        """The same form with what `other` was given, where it does not vary that itself."""
+        given = tuple(name for name in other.given if name not in self.free)
+        return replace(self, start=self.start | {name: other.start[name] for name in given}, given=given)
+
     def beginning(self, values: dict[str, float]) -> "Form | None":
         """The same form begun elsewhere; None where it does not fit these parameters."""
         if not values.keys() & set(self.free):

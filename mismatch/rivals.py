@@ -37,9 +37,9 @@ def rivals(train: Simulation, test: Simulation, now: Fit, form: Form, rounds: li
     """The effect of `form` in a fit, and those that may stand in its place, the likeliest first."""
     found = [Rival(form, now, evidence(train, test, now))]
     others = [other for other in now.forms if other is not form]
-    taken = {other.effect.id for other in now.forms}
+    taken = {other.effect.id for other in others}
     for candidate in _close(rounds, form):
-        if candidate.form.effect.id in taken:
+        if candidate.form.effect.id in taken or candidate.form is form:
             continue
         x = np.concatenate(
             [now.x[:1], *(coordinates(now, other) for other in others), _start(candidate)],

@@ -9,6 +9,7 @@ from mismatch.fit import Fit, fit, fit_nominal
 from mismatch.form import Form
 from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
+from mismatch.refined import refined
 from mismatch.score import Score
 from mismatch.simulation import Simulation
 
@@ -57,7 +58,7 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
         if best is None:
             break
         won += best.observed
-        now = refreshed(train, without_superfluous(train, best.fit))
+        now = refreshed(train, refined(train, test, without_superfluous(train, best.fit), forms))
     else:
         scores, tried = ranked(train, now, forms)
         rounds.append(Round(now, tuple(scores), tried, (), None))

@@ -52,6 +52,7 @@ class RangeAliasing(Effect):
             high=100.0,
             start=1.0,
             tries=(0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0),
+            axis="zone",
             sentence="Its range at the start of the session less whole periods of the laser: 8.44 m each at 17.77 MHz.",
         ),
         Parameter(
@@ -84,10 +85,9 @@ class RangeAliasing(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """The pulse, averaged over the jitter: exact for its cumulative, which is linear within a step."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
-        ranges = (
-            values["apparent_range"] + values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
-        )
-        arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges[:, None] / speed_of_light
+        way_m = values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
+        ranges = np.atleast_1d(values["apparent_range"]) + way_m[:, None]
+        arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
         after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
         cumulative = (_integral(clock.pulse, after_s + jitter) - _integral(clock.pulse, after_s - jitter)) / (
             2 * jitter

@@ -21,8 +21,8 @@ def of(observed, expected, away):
         (100, 100, 0.0, 1000, False),  # A tenth of what the first gained.
         (70, 70, 0.0, 1000, True),  # Less than that, and where the first acts.
         (70, 70, 0.9, 1000, False),  # The same where it does not.
-        (35, 40, 0.9, 1000, False),  # Little, but as it should be.
-        (35, 90, 0.9, 1000, True),  # Little, and less than it should be.
+        (38, 40, 0.9, 1000, False),  # Little, but as it should be.
+        (38, 90, 0.9, 1000, True),  # Little, and less than it should be.
         (25, 25, 1.0, 1000, True),  # Too little in any case.
         (40, 40, 0.0, 100, False),
     ],
