@@ -60,7 +60,8 @@ def rivals(train: Simulation, test: Simulation, now: Fit, form: Form, rounds: li
 def _close(rounds: list[Round], form: Form) -> list[Candidate]:
     """Candidates of the round that chose a form that came close to it."""
     for one in rounds:
-        if one.chosen is not None and one.chosen.form is form:
+        # It may have taken a richer form since.
+        if one.chosen is not None and one.chosen.form.effect.id == form.effect.id:
             best = min(c.criterion + c.heldout for c in one.candidates)
             return [c for c in one.candidates if c.criterion + c.heldout < best + CLOSE]
     return []

@@ -44,8 +44,7 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
     rounds: list[Round] = []
     won = 0.0
     for _ in range(MOST_EFFECTS):
-        left = [form for form in forms if form.effect.id not in {f.effect.id for f in now.forms}]
-        scores, tried = ranked(train, now, left)
+        scores, tried = ranked(train, now, others_than(now, forms))
         significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]
         chosen = most_promising(significant)
         candidates = candidates_of(train, test, now, chosen)
@@ -60,9 +59,15 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
         won += best.observed
         now = refreshed(train, refined(train, test, without_superfluous(train, best.fit), forms))
     else:
-        scores, tried = ranked(train, now, forms)
+        scores, tried = ranked(train, now, others_than(now, forms))
         rounds.append(Round(now, tuple(scores), tried, (), None))
     return rounds
+
+
+def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:
+    """Forms of effects that are not in a fit."""
+    taken = {form.effect.id for form in fitted.forms}
+    return [form for form in forms if form.effect.id not in taken]
 
 
 def most_promising(scores: list[Score]) -> list[Score]:

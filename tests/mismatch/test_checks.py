@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from mismatch.checks import checks, dispersion, outlier, remainders, wave
+from mismatch.checks import checks, dispersion, late, outlier, remainders, wave
 
 SHAPE = (24, 4, 48)
 
@@ -70,3 +70,30 @@ def test_a_cell_that_is_out_of_place_is_found_and_noise_is_not():
     found = outlier(counts[:, 1:], mean[:, 1:], np.array([1, 2, 3]))
     assert found.p_value < 1e-6
     assert "frame 7, zone 2, bin 33" in found.sentence
+
+
+def test_single_histograms_that_come_late_are_told_and_noise_is_not():
+    rng = np.random.default_rng(12)
+    bins = np.arange(60)
+    peak = 4 + 600 * np.exp(-(((bins - 25) / 3) ** 2) / 2)
+    mean = np.broadcast_to(peak, (30, 4, 60))
+    assert late(rng.poisson(mean) - mean, mean).p_value > 1e-3
+    # A fifth of a bin either way, whose mean over frames and zones is nothing.
+    moved = np.empty(mean.shape)
+    for cell in np.ndindex(30, 4):
+        moved[cell] = np.interp(bins - rng.choice([-0.2, 0.2]), bins, peak)
+    found = late(rng.poisson(moved) - mean, mean)
+    assert found.p_value < 1e-6
+    assert "late" in found.sentence
+
+
+def test_p_values_of_lateness_are_even():
+    rng = np.random.default_rng(13)
+    mean = 3 + 200 * np.exp(-(((np.arange(40) - 20) / 3) ** 2) / 2) * np.ones((8, 3, 1))
+    p = [late(rng.poisson(mean) - mean, mean).p_value for _ in range(200)]
+    assert kstest(p, "uniform").pvalue > 1e-3
+
+
+def test_flat_counts_have_no_lateness():
+    mean = np.full((4, 2, 20), 5.0)
+    assert late(np.ones(mean.shape), mean).p_value == 1

@@ -1,0 +1,54 @@
+"""Richer forms of an effect that was chosen: taken where something is left that they explain, and only there."""
+
+import numpy as np
+import pytest
+
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import all_forms, forms_of
+from mismatch.refined import refined, richer
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48}
+FORMS = all_forms(SIZES)
+EVEN, ODD = np.arange(0, 24, 2), np.arange(1, 24, 2)
+
+
+def common(name):
+    return next(form for form in forms_of(find_effect(name), SIZES) if not form.own)
+
+
+def chosen(simulation, form):
+    return fit(simulation, (form,), np.concatenate([fit_nominal(simulation).x, form.at_start()]))
+
+
+def test_zones_have_their_own_where_they_differ(drawn):
+    simulation = drawn(3, "ambient_pedestal", level=[0.0, 2.0, 6.0, 1.0])
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    one = chosen(train, common("ambient_pedestal"))
+    found = refined(train, test, one, FORMS)
+    assert found.forms[0].own == ("level",)
+    assert found.deviance < one.deviance - 50
+    np.testing.assert_allclose(found.settings[0].values["level"], [0, 2, 6, 1], atol=0.5)
+
+
+def test_where_nothing_is_left_it_stays_as_it_is(drawn):
+    simulation = drawn(4, "ambient_pedestal", level=3.0)
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    one = chosen(train, common("ambient_pedestal"))
+    assert refined(train, test, one, FORMS) is one
+
+
+@pytest.mark.parametrize("name", ["ambient_pedestal", "range_aliasing", "interference", "impulse_tail"])
+def test_richer_forms_hold_all_that_the_form_has(name):
+    form = common(name)
+    found = list(richer(form, FORMS))
+    for other in found:
+        assert other.effect is form.effect
+        assert set(other.free) >= set(form.free)
+        assert set(other.own) >= set(form.own)
+        assert (other.free, other.own) != (form.free, form.own)
+        # A fit may begin where the other ended.
+        assert len(other.coordinates_of(form.setting(form.at_start()))) == len(other.coordinates)
+    assert (name != "impulse_tail") == any(other.own for other in found)
+    if name == "range_aliasing":
+        assert any(other.own == ("counts", "apparent_range") for other in found)
