@@ -8,14 +8,12 @@ from scipy.stats import norm
 from mismatch.descent import Descent
 from mismatch.fit import Fit, on_others, reached
 from mismatch.form import Form
-from mismatch.gained import gained
+from mismatch.gained import SIGNIFICANT, falls_short, gained
 from mismatch.poisson import LEAST
 from mismatch.race import race
 from mismatch.score import Score, start_of
 from mismatch.simulation import Simulation
 
-# Chance at which noise is let in, after correction for the number of forms tried.
-SIGNIFICANT = 1e-3
 # A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
 # is no name: two formulas of one cause differ by as much.
 MINOR, MINOR_PART = 60.0, 0.08
@@ -54,7 +52,14 @@ class Candidate:
         return self.score.form
 
     def stands_out(self, many: int) -> bool:
-        """Whether it is more than noise on the frames that decide, one of so many candidates."""
+        """Whether it is more than noise on the frames that decide, one of so many candidates.
+
+        One that looks where things are in each frame follows whatever stands out; not what it should be if it falls
+        far short.
+        """
+        setting = self.fit.settings[-1]
+        if setting.effect.looks(setting.values) and falls_short(self.observed, self.expected_gain, True):
+            return False
         return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > 0)
 
     def is_minor(self, won: float) -> bool:

@@ -12,7 +12,7 @@ from mismatch.simulation import Simulation
 STEPS = (2, 4, 8)
 # Poisson counts of this mean or more leave every remainder of a division by 2, 4 or 8 alike often, to 1e-3.
 EVEN = 14.0
-# Mean counts from which a cell's rhythm over many frames is that of normal numbers.
+# Mean counts, in every frame, from which a cell's rhythm over many frames is that of normal numbers.
 BRIGHT = 3.0
 
 
@@ -33,7 +33,7 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
         (excess.sum(axis=axis) / np.sqrt(mean_alive.sum(axis=axis)), what) for axis, what in ((1, "bin"), (2, "zone"))
     ]
     white = (excess / np.sqrt(mean_alive)).reshape(len(mean), -1)
-    bright = np.flatnonzero(mean_alive.mean(axis=0).ravel() >= BRIGHT)
+    bright = np.flatnonzero(mean_alive.min(axis=0).ravel() >= BRIGHT)
     if len(bright):
         sums.append((white[:, bright], "cell"))
     rhythms = [beat(white, what) for white, what in sums]

@@ -26,6 +26,8 @@ from mismatch.visibility import not_visible
 # What is left of a misfit, as a part of what was explained, that does not make an explanation wrong: formulas of one
 # cause differ by as much.
 NEGLIGIBLE, A_QUARTER = 0.03, 0.25
+# How many times what another formula gains may be left where that is said to take it up.
+TAKEN_UP = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,9 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     missing = remains + len(judged.x) - 1
     kind = "explained" if judged.forms else "agrees"
     # What another formula of the same cause would take up.
-    small = rounds[-1].minor is not None and remains < min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
+    minor = rounds[-1].minor
+    most = min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
+    small = minor is not None and remains < min(most, TAKEN_UP * minor.observed)
     doubted = doubts(simulation, judged, effects)
     if doubted or (left and not (judged.forms and (small or remains < NEGLIGIBLE * won))):
         kind = "unknown"

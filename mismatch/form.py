@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -18,14 +19,14 @@ class Form:
     """One way in which an effect may be there.
 
     effect. free: names of fitted parameters. own: those of which each zone (or bin) has its own. start: values of all
-    parameters where a fit begins, numbers. sizes: how many values each of `own` has. given: names of parameters that
-    say what the effect is like, which the data gave and no fit varies.
+    parameters where a fit begins, numbers, or arrays of those in `own`. sizes: how many values each of `own` has.
+    given: names of parameters that say what the effect is like, which the data gave and no fit varies.
     """
 
     effect: Effect
     free: tuple[str, ...]
     own: tuple[str, ...]
-    start: dict[str, float]
+    start: dict[str, Any]
     sizes: dict[str, int] = field(default_factory=dict)
     given: tuple[str, ...] = ()
 
@@ -60,7 +61,12 @@ class Form:
 
     def at_start(self) -> np.ndarray:
         """(N,) coordinates of `start`."""
-        return np.array([to_coordinate(p, self.start[p.name]) for p, _ in self.coordinates])
+        return np.array([to_coordinate(p, self.begins(p.name, place)) for p, place in self.coordinates])
+
+    def begins(self, name: str, place: int | None) -> float:
+        """Where a parameter begins, that of one zone, bin or edge where each has its own."""
+        value = self.start[name]
+        return float(value) if np.ndim(value) == 0 else float(value[place])
 
     def coordinates_of(self, setting: Setting) -> np.ndarray:
         """(N,) coordinates of a setting of this form."""
@@ -80,9 +86,9 @@ class Form:
         given = tuple(name for name in other.given if name not in self.free)
         return replace(self, start=self.start | {name: other.start[name] for name in given}, given=given)
 
-    def beginning(self, values: dict[str, float]) -> "Form | None":
-        """The same form begun elsewhere; None where it does not fit these parameters."""
-        if not values.keys() & set(self.free):
+    def beginning(self, values: dict[str, Any]) -> "Form | None":
+        """The same form begun elsewhere; None where these parameters, or each zone's own, are not in it."""
+        if not values.keys() & set(self.free) or any(np.ndim(v) and n not in self.own for n, v in values.items()):
             return None
         given = tuple(n for n in values if n not in self.free and self.effect.parameter(n).vanishes_at is None)
         mine = {name: value for name, value in values.items() if name in (*self.free, *given)}

@@ -3,12 +3,18 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 
 from mismatch.fit import Fit, on_others
 from mismatch.noise import FrameGains
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 
+# Chance at which noise is let in, after correction for the number of forms tried.
+SIGNIFICANT = 1e-3
+# A true cause whose formula is a little different falls short by less than this part; one that looks at each frame
+# gains more or less as things happen to be in better or worse places.
+SHORT, SHORT_LOOKING = 0.75, 0.5
 # How often frames are drawn to say what an effect that looks should gain.
 DRAWS = 4
 
@@ -55,3 +61,15 @@ def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> float:
         drawn = replace(test, counts=rng.poisson(mean).astype(float))
         each.append(on_others(drawn, less)[1] - on_others(drawn, more)[1])
     return float(np.mean(each))
+
+
+def falls_short(observed: float, expected: float, looking: bool, tried: int = 1) -> bool:
+    """Whether deviance gained on held-out frames is far below what it should be were the name right."""
+    short = observed < (SHORT_LOOKING if looking else SHORT) * max(expected, 1.0)
+    return short and chance(observed, expected) * tried < SIGNIFICANT
+
+
+def chance(observed: float, expected: float) -> float:
+    """Of gaining so little. Where a name is right the gain scatters about what is expected, E, by 2√E, as likelihood
+    ratios do."""
+    return float(norm.cdf((observed - max(expected, 1.0)) / (2 * np.sqrt(max(expected, 1.0)))))

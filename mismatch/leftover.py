@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from mismatch.candidates import SIGNIFICANT
 from mismatch.checks import checks
 from mismatch.echoes import echoes
 from mismatch.fit import Fit
+from mismatch.gained import SIGNIFICANT
 from mismatch.noise import FrameGains
 from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST

@@ -134,6 +134,6 @@ def start_of(form: Form, amplitude: np.ndarray) -> np.ndarray:
         if parameter.vanishes_at is None:
             continue
         times = amplitude[(place or 0) if form.own else form.strengths.index(parameter.name)]
-        value = parameter.vanishes_at + times * (form.start[parameter.name] - parameter.vanishes_at)
+        value = parameter.vanishes_at + times * (form.begins(parameter.name, place) - parameter.vanishes_at)
         x[i] = to_coordinate(parameter, float(np.clip(value, parameter.low, parameter.high)))
     return x

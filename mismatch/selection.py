@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mismatch.candidates import SIGNIFICANT, Candidate, candidates_of, price
+from mismatch.candidates import Candidate, candidates_of, price
 from mismatch.fit import Fit, fit, fit_nominal
 from mismatch.form import Form
+from mismatch.gained import SIGNIFICANT
 from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
 from mismatch.refined import refined

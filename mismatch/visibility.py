@@ -20,7 +20,7 @@ def not_visible(scores: tuple[Score, ...], share: float) -> tuple[NotVisible, ..
         name = form.strengths[0]
         parameter = form.effect.parameter(name)
         times = np.sqrt(FOUND / (score.information / share)) if score.information > 0 else np.inf
-        smallest = times * abs(form.start[name] - parameter.vanishes_at)
+        smallest = times * np.max(np.abs(form.start[name] - parameter.vanishes_at))
         reach = max(abs(end - parameter.vanishes_at) for end in (parameter.low, parameter.high))
         shown = NotVisible(form.effect.id, float(smallest) if smallest <= reach else float("inf"), parameter.unit)
         if form.effect.id not in best or times < best[form.effect.id][0]:

@@ -153,8 +153,8 @@ class Effect:
         """(F, P, T) expected counts with things somewhere, by chance, in each frame. rendering: as for `look`."""
         raise NotImplementedError
 
-    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Where a fit may begin, as the data suggest: values of some parameters, each a dictionary.
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
+        """Where a fit may begin, as the data suggest: values of some parameters, numbers or (P,), each a dictionary.
 
         excess: (F, P, T) recorded less expected counts. For effects that show at one place out of many.
         """

@@ -24,6 +24,8 @@ PLACES_PER_BIN = 2
 LEAST_SHARE = 1e-5
 LEAST_COUNTS = 1e-3
 NO_CHANCE = 1e-9
+# The sensor's own pulse is faint beside another where it would have less than this part of its counts there.
+FAINT = 0.1
 # A frame may be this much dimmer or brighter than expected.
 MOST_GAIN = 0.5
 
@@ -66,20 +68,54 @@ def roaming(
     shares = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s)
     first, last = _extents(shares)
     # Zones that count nothing at all are dead, and say nothing.
-    heard = np.where(recorded.any(axis=(0, 2)), counts, 0.0)
+    alive = recorded.any(axis=(0, 2))
+    heard = np.where(alive, counts, 0.0)
     seen = np.ascontiguousarray(recorded, float)
-    ratio = _ratios(seen, mean, heard, shares, first, last)
+    ratio = _ratios(seen, mean, heard, shares, first, last).sum(axis=1)
     prior = np.log(present / len(shares))
     evidence = np.logaddexp(np.log1p(-min(present, 1 - 1e-12)), prior + logsumexp(ratio, axis=1))
     chances = np.exp(ratio + prior - evidence[:, None])
     added = (chances @ shares)[:, None] * counts[:, None]
     reached = (recorded * np.log1p(added / mean) - added)[:, heard > 0].sum(axis=(1, 2))
-    by_counts = np.where(heard > 0, _slopes(seen, mean, heard, shares, first, last, chances), 0.0)
+    by_counts = np.where(alive, _slopes(seen, mean, heard, shares, first, last, chances), 0.0)
     there = chances.sum(axis=1)
     by_present = there / present - (1 - there) / max(1 - present, 1e-12)
     varies = (chances @ shares**2)[:, None] * heard[:, None] ** 2 - np.where(heard[:, None] > 0, added, 0) ** 2
     blur = (varies / (mean + added)).sum(axis=(1, 2))
     return Roaming(chances, 2 * evidence, added, 2 * (reached - evidence), blur, by_counts, by_present)
+
+
+def clear_evidence(
+    recorded: np.ndarray,
+    expected: np.ndarray,
+    background: np.ndarray | float,
+    clock: Clock,
+    counts: float,
+    present: float,
+) -> np.ndarray:
+    """(1 + P,) evidence over all frames for a pulse of so many counts, in all zones alike and in each one alone.
+
+    Only places count where the sensor's own pulse is faint beside it: whatever is wrong about surfaces shows where they
+    are, another emitter's pulse anywhere.
+    """
+    mean = np.maximum(_at_its_brightness(recorded, expected, background), LEAST_COUNTS)
+    shares = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s)
+    heard = np.where(recorded.any(axis=(0, 2)), counts, 0.0)
+    ratio = _ratios(np.ascontiguousarray(recorded, float), mean, heard, shares, *_extents(shares))
+    there = np.maximum(mean - background, 0) @ (shares / np.maximum((shares**2).sum(axis=1), LEAST_SHARE)[:, None]).T
+    clear = (there < FAINT * counts) | (heard == 0)[:, None]
+    alike = np.where(clear.all(axis=1), ratio.sum(axis=1), -np.inf)
+    alone = np.where(clear & (heard > 0)[:, None], ratio, -np.inf)
+    some = [_mean(one) for one in (alike, *np.moveaxis(alone, 1, 0))]
+    return 2 * np.logaddexp(np.log1p(-present), np.log(present) + np.array(some)).sum(axis=1)
+
+
+def _mean(ratio: np.ndarray) -> np.ndarray:
+    """(F,) logarithm of the mean likelihood ratio over those places (F, K) that are not ruled out; 0 where all are."""
+    many = np.isfinite(ratio).sum(axis=1)
+    with np.errstate(divide="ignore"):
+        found = logsumexp(ratio, axis=1) - np.log(many)
+    return np.where(many > 0, found, 0.0)
 
 
 @lru_cache(maxsize=2)
@@ -105,21 +141,21 @@ def _at_its_brightness(recorded: np.ndarray, expected: np.ndarray, background: n
 
 @njit(nogil=True, cache=True)
 def _ratios(recorded, mean, counts, shares, first, last):
-    """(F, K) log-likelihood ratios."""
+    """(F, P, K) log-likelihood ratios."""
     frames, zones, _ = recorded.shape
-    found = np.zeros((frames, len(shares)))
+    found = np.zeros((frames, zones, len(shares)))
     for f in range(frames):
-        for k in range(len(shares)):
-            total = 0.0
-            for p in range(zones):
-                if counts[p] <= 0:
-                    continue
+        for p in range(zones):
+            if counts[p] <= 0:
+                continue
+            for k in range(len(shares)):
+                total = 0.0
                 for t in range(first[k], last[k]):
                     more = counts[p] * shares[k, t]
                     total -= more
                     if recorded[f, p, t] > 0:
                         total += recorded[f, p, t] * np.log1p(more / mean[f, p, t])
-            found[f, k] = total
+                found[f, p, k] = total
     return found
 
 

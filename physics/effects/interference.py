@@ -4,11 +4,13 @@ import numpy as np
 
 from physics.effect import Effect, Look, LookAlike, Parameter, Values
 from physics.rendering import Rendering
-from physics.roaming import Roaming, pulses_in_bins, roaming
+from physics.roaming import Roaming, clear_evidence, pulses_in_bins, roaming
 from physics.tracks import straight_tracks
 
 # Strengths at which a search for pulses that roam begins, counts.
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
+# Evidence from which it is worth a fit: one in four hundred by chance.
+SURE = 12.0
 
 
 class Interference(Effect):
@@ -121,16 +123,19 @@ class Interference(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""
         tracks = straight_tracks(excess, expected, rendering, fastest=1e-3)
-        present = self.parameter("present").start
-        zones = np.ones(excess.shape[1])
-        found = [
-            roaming(excess + expected, expected, rendering.background, rendering.clock, counts * zones, present)
-            for counts in BEGINNINGS
-        ]
-        best = int(np.argmax([one.evidence.sum() for one in found]))
-        held = float(np.clip(found[best].chances.sum(axis=1).mean(), 0.05, 0.95))
         lines = [{"arrival": float(np.clip(t.arrival_s, -1e-6, 1e-6)), "drift": t.drift} for t in tracks]
-        return [*lines, {"roaming": BEGINNINGS[best], "present": held}]
+        return [*lines, *self._roaming(excess + expected, expected, rendering)]
+
+    def _roaming(self, recorded: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict]:
+        """How strong a pulse that roams may be, alike in all zones and in one alone, where it shows in clear places."""
+        present, zones = self.parameter("present").start, recorded.shape[1]
+        seen = recorded, expected, rendering.background, rendering.clock
+        evidence = np.array([clear_evidence(*seen, counts, present) for counts in BEGINNINGS])
+        strongest, best = np.unravel_index(int(np.argmax(evidence[:, 1:])), (len(BEGINNINGS), zones))
+        alone = np.where(np.arange(zones) == best, BEGINNINGS[strongest], 0.0)
+        alike = int(np.argmax(evidence[:, 0]))
+        found = [(evidence[alike, 0], BEGINNINGS[alike]), (evidence[strongest, 1 + best], alone)]
+        return [{"roaming": counts, "present": present} for sure, counts in found if sure > SURE]
 
 
 effect = Interference()

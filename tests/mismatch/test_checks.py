@@ -1,5 +1,7 @@
 """What else noise should be: without waves, as scattered as photons, of all remainders."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import kstest
@@ -97,3 +99,11 @@ def test_p_values_of_lateness_are_even():
 def test_flat_counts_have_no_lateness():
     mean = np.full((4, 2, 20), 5.0)
     assert late(np.ones(mean.shape), mean).p_value == 1
+
+
+def test_a_cell_that_is_dark_in_most_frames_has_no_rhythm_of_its_own():
+    """A moving pulse lights a cell in some frames: single photons in the others are no rhythm."""
+    mean = np.full(SHAPE, 0.05)
+    mean[::4] = 40.0
+    simulation = SimpleNamespace(counts=np.random.default_rng(14).poisson(mean).astype(float), dead=None)
+    assert not any(check.sentence.startswith("one cell") for check in checks(simulation, mean))

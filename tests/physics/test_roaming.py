@@ -9,7 +9,7 @@ from scipy.stats import poisson
 
 from physics.clock import Clock
 from physics.pulse import tailed_pulse
-from physics.roaming import pulses_in_bins, roaming
+from physics.roaming import clear_evidence, pulses_in_bins, roaming
 
 WIDTH, BINS, ZONES = 0.26e-9, 30, 3
 CLOCK = Clock(WIDTH, BINS, np.full(ZONES, 1e-9), tailed_pulse(0.2e-9, 0.3e-9, 0.4e-9, 0.1, step_s=WIDTH / 16))
@@ -88,6 +88,28 @@ def test_a_dead_zone_says_nothing():
     alone = roaming(recorded[:, ::2], mean[:, ::2], mean[:, ::2], CLOCK, counts[::2], 0.8)
     np.testing.assert_allclose(found.evidence, alone.evidence)
     assert not found.by_counts[:, 1].any()
+
+
+def test_evidence_of_clear_places_is_the_mean_over_them():
+    counts = np.array([0.0, 0, 60])
+    recorded, mean, _ = frames(8, 20, counts)
+    found = clear_evidence(recorded, mean, mean, CLOCK, 50.0, 0.8)
+    # All of it is background: every place is clear.
+    for zone in range(ZONES):
+        alone = roaming(recorded, mean, mean, CLOCK, 50.0 * (np.arange(ZONES) == zone), 0.8)
+        assert found[1 + zone] == pytest.approx(alone.evidence.sum())
+    alike = roaming(recorded, mean, mean, CLOCK, np.full(ZONES, 50.0), 0.8)
+    assert found[0] == pytest.approx(alike.evidence.sum())
+    assert found.argmax() == 3
+
+
+def test_a_surface_brighter_than_thought_is_no_evidence():
+    mean = 3 + 40 * np.exp(-(((np.arange(BINS) - 12) / 2) ** 2)) * np.ones((20, ZONES, 1))
+    brighter = mean + np.array([0, 0, 5])[:, None] * (mean - 3) * (np.arange(20) % 2)[:, None, None]
+    recorded = np.random.default_rng(9).poisson(brighter).astype(float)
+    seen = recorded, mean, 3.0, CLOCK
+    assert roaming(*seen, np.array([0, 0, 300.0]), 0.5).evidence.sum() > 100
+    assert max(clear_evidence(*seen, counts, 0.5)[3] for counts in (5.0, 30.0, 150.0, 700.0)) < 12
 
 
 def test_noise_makes_no_evidence():

@@ -79,8 +79,8 @@ def test_how_a_search_begins_goes_by_what_is_there(small):
     shares = small.clock.pulse.in_bins(np.array([3e-9, 5e-9, 8e-9]), small.clock.bins, small.clock.bin_width_s)
     expected = np.full((3, 4, 40), 5.0)
     excess = rng.poisson(expected + 60 * shares[:, None]) - expected
-    *_, begun = effect.starts(
+    *_, begun, alone = effect.starts(
         excess, expected, Rendering(small.light, small.footprints, small.clock, 1.0, background=5.0)
     )
     assert begun["roaming"] == 70
-    assert begun["present"] == 0.95
+    assert np.count_nonzero(alone["roaming"]) == 1

@@ -1,0 +1,37 @@
+"""What is tried beside a fit, and what may stand in for an effect that took a richer form."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import all_forms, forms_of
+from mismatch.rivals import rivals
+from mismatch.selection import others_than, select
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48}
+
+
+def test_effects_that_were_found_are_not_tried_again():
+    forms = all_forms(SIZES)
+    found = SimpleNamespace(forms=tuple(f for f in forms if f.effect.id in ("interference", "pile_up"))[:2])
+    left = {form.effect.id for form in others_than(found, forms)}
+    assert {form.effect.id for form in forms} - left == {form.effect.id for form in found.forms}
+
+
+def test_rivals_are_looked_for_although_the_form_grew_richer(drawn):
+    simulation = drawn(5, "impulse_tail", share=0.1, tau=4e-10)
+    train, test = simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
+    names = ("impulse_tail", "afterpulsing", "time_zero_offset")
+    rounds = select(train, test, [form for name in names for form in forms_of(find_effect(name), SIZES)])
+    assert rounds[0].chosen.form.effect.id == "impulse_tail"
+    (form, *_) = forms_of(find_effect("impulse_tail"), SIZES)
+    now = fit(train, (form,), np.concatenate([fit_nominal(train).x, form.at_start()]))
+    # The same effect, but not the form that the round chose.
+    assert form is not rounds[0].chosen.form
+    found = [rival.form.effect.id for rival in rivals(train, test, now, form, rounds)]
+    close = {c.form.effect.id for c in rounds[0].candidates}
+    assert found[0] == "impulse_tail"
+    assert set(found) <= close
+    assert len(found) == len(set(found))
