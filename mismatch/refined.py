@@ -4,10 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mismatch.candidates import cost
-from mismatch.fit import Fit, fit, on_others
+from mismatch.candidates import cost, price
+from mismatch.descent import Descent
+from mismatch.fit import Fit, on_others, reached
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
+from mismatch.race import race
 from mismatch.simulation import Simulation
 from recordings.refusal import Refusal
 
@@ -19,22 +21,33 @@ def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form])
     for _ in range(MOST_TIMES):
         if not what_is_left(train, chosen):
             break
-        best, held = chosen, on_others(test, chosen)[1]
-        for form in richer(chosen.forms[-1], forms):
-            x = np.concatenate(
-                [chosen.x[: -len(chosen.forms[-1].coordinates)], form.coordinates_of(chosen.settings[-1])]
-            )
-            try:
-                found = fit(train, (*chosen.forms[:-1], form), x, chosen.frame_gain_sigma)
-                earns = found.deviance + cost(train, found) < best.deviance + cost(train, best)
-                if earns and on_others(test, found)[1] < held:
-                    best = found
-            except Refusal:
-                continue
-        if best is chosen:
+        found = _best(train, chosen, list(richer(chosen.forms[-1], forms)))
+        if found is None or found.deviance + cost(train, found) >= chosen.deviance + cost(train, chosen):
             break
-        chosen = best
+        if on_others(test, found)[1] >= on_others(test, chosen)[1]:
+            break
+        chosen = found
     return chosen
+
+
+def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:
+    """The best by Schwarz's criterion with the last effect in one of these forms, begun where it is."""
+    begins = chosen.x[: -len(chosen.forms[-1].coordinates)]
+
+    def begun(form: Form) -> Descent | None:
+        x = np.concatenate([begins, form.coordinates_of(chosen.settings[-1])])
+        try:
+            return Descent(train, (*chosen.forms[:-1], form), x, chosen.frame_gain_sigma)
+        except Refusal:
+            return None
+
+    descents = [descent for descent in train.each(begun, forms) if descent is not None]
+    race(descents, [price(train) * len(descent.x) for descent in descents])
+    return min(
+        (reached(descent) for descent in descents),
+        key=lambda found: found.deviance + price(train) * len(found.x),
+        default=None,
+    )
 
 
 def richer(form: Form, forms: list[Form]) -> Iterator[Form]:

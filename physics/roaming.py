@@ -113,7 +113,7 @@ def clear_evidence(
 def _mean(ratio: np.ndarray) -> np.ndarray:
     """(F,) logarithm of the mean likelihood ratio over those places (F, K) that are not ruled out; 0 where all are."""
     many = np.isfinite(ratio).sum(axis=1)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         found = logsumexp(ratio, axis=1) - np.log(many)
     return np.where(many > 0, found, 0.0)
 
