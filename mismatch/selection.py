@@ -17,6 +17,8 @@ from mismatch.simulation import Simulation
 MOST_EFFECTS = 3
 # So many effects are fitted in full; what ranks lower by the score test is left.
 FITTED = 6
+# Where none of them stands out the next are fitted, until so many forms were.
+MOST_FITTED = 12
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
 
@@ -47,10 +49,16 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
     for _ in range(MOST_EFFECTS):
         scores, tried = ranked(train, now, others_than(now, forms))
         significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]
-        chosen = most_promising(significant)
-        candidates = candidates_of(train, test, now, chosen)
-        passed = [c for c in candidates if c.stands_out(len(chosen))]
-        best = passed[0] if passed else None
+        candidates: list[Candidate] = []
+        best = None
+        while significant and best is None and len(candidates) < MOST_FITTED:
+            chosen = most_promising(significant)
+            found = candidates_of(train, test, now, chosen)
+            candidates += found
+            best = next((c for c in found if c.stands_out(len(candidates))), None)
+            # A score far from where it is true promises what no fit keeps, and hides what others promise.
+            fitted = {s.form.effect.id for s in chosen}
+            significant = [s for s in significant if s.form.effect.id not in fitted]
         if best is not None and now.forms and best.is_minor(won):
             rounds.append(Round(now, tuple(scores), tried, tuple(candidates), None, best))
             break
