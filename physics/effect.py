@@ -147,11 +147,11 @@ class Effect:
 
     def look(self, values: Values, rendering: Rendering) -> "Look":
         """What it saw there. rendering: with `expected` counts as they are without it, and those that were recorded."""
-        raise NotImplementedError
+        raise NotImplementedError  # Only an effect that `looks` is asked, and it has its own.
 
     def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
         """(F, P, T) expected counts with things somewhere, by chance, in each frame. rendering: as for `look`."""
-        raise NotImplementedError
+        raise NotImplementedError  # Only an effect that `looks` is asked, and it has its own.
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Where a fit may begin, as the data suggest: values of some parameters, numbers or (P,), each a dictionary.
