@@ -1,4 +1,4 @@
-"""Names that gain far less on held-out frames than they should: they stand in for something else."""
+"""Names that stand in for something else: they gain far less on held-out frames than they should, or contradict it."""
 
 from mismatch.fit import Fit
 from mismatch.gained import chance, falls_short
@@ -17,4 +17,9 @@ def doubts(simulation: Simulation, judged: Fit, effects: tuple[Named, ...]) -> t
             p_value = chance(one.heldout_gain, one.expected_gain) * len(effects)
             sentence = f"{one.id} stands in for something else: it {gained}"
             found.append(wherever(simulation, p_value, sentence))
+    for setting in judged.settings:
+        why = setting.effect.contradiction(setting.values)
+        if why is not None:
+            sentence = f"{setting.effect.id} stands in for something else: {why}"
+            found.append(wherever(simulation, next(e.p_value for e in effects if e.id == setting.effect.id), sentence))
     return tuple(found)

@@ -164,6 +164,10 @@ class Effect:
         """Whether values that are admitted stretch what the effect means, so that another name would be better."""
         return False
 
+    def contradiction(self, values: Values) -> str | None:
+        """Why such values, if they fit, say that it is not this effect but something that looks alike; None if not."""
+        return None
+
     def apply(self, noun: str, values: Values, rendering: Rendering) -> Any:
         """The field `noun` of the rendering, changed."""
         return getattr(self, noun)(values, rendering)

@@ -60,17 +60,19 @@ class ForwardModel:
                 counts = gain * signal
                 counts += now.background  # In place: no third array.
                 now = replace(now, expected=counts)
-            acting = [setting for setting in settings if noun in setting.effect.changes]
-            if acting:
+            for setting in settings:
+                if noun not in setting.effect.changes:
+                    continue
                 # How bright it is may matter to when light is registered.
                 if noun != "background":  # The signal does not depend on it.
-                    key = (*key, noun, gain if noun == "arrivals" else None, *(setting.key for setting in acting))
-                now = replace(now, **{noun: self._once(noun, key, partial(_through, now, acting, noun))})
+                    key = (*key, noun, gain if noun == "arrivals" else None, setting.key)
+                made = self._once(f"{noun} {setting.effect.id}", key, partial(_through, now, setting, noun))
+                now = replace(now, **{noun: made})
         return now.expected
 
     def _once(self, name: str, key: tuple, make: Callable[[], Any]) -> Any:
         """What `make` makes, or made before under this key; expected counts depend on more than keys say."""
-        if name in ("background", "expected"):
+        if name.startswith(("background ", "expected ")):
             return make()
         kept = self._kept.__dict__.setdefault(name, {})
         made = kept.pop(key) if key in kept else make()
@@ -100,12 +102,10 @@ class ForwardModel:
         return made
 
 
-def _through(now: Rendering, acting: list[Setting], noun: str) -> Any:
-    """The field `noun` after all effects that act on it."""
-    for setting in acting:
-        now = replace(now, **{noun: setting.effect.apply(noun, setting.values, now)})
-    if noun == "expected" and not (now.expected >= 0).all():
-        index = tuple(int(i) for i in np.argwhere(~(now.expected >= 0))[0])
-        names = ", ".join(setting.effect.id for setting in acting)
-        raise Refusal(f"expected counts{list(index)} are {now.expected[index]} after {names}, expected 0 or more")
-    return getattr(now, noun)
+def _through(now: Rendering, setting: Setting, noun: str) -> Any:
+    """The field `noun` after an effect that acts on it."""
+    made = setting.effect.apply(noun, setting.values, now)
+    if noun == "expected" and not (made >= 0).all():
+        index = tuple(int(i) for i in np.argwhere(~(made >= 0))[0])
+        raise Refusal(f"expected counts{list(index)} are {made[index]} after {setting.effect.id}, expected 0 or more")
+    return made

@@ -75,7 +75,26 @@ class ImpulseResponse:
         kept = np.exp(-self.step_s / tail_s)
         same = 1 + np.expm1(-self.step_s / tail_s) * tail_s / self.step_s
         tail = lfilter([same, (1 - kept) * (1 - same) - same * kept], [1, -kept], core)
-        mixed = (1 - share) * core + share * tail
+        return self._mixed(core, tail, share)
+
+    def with_plateau(self, duration_s: float, share: float) -> "ImpulseResponse":
+        """The response where a share of the photons is delayed once more, evenly up to `duration_s`.
+
+        Exact for this response, whose photons are spread evenly over each step.
+        """
+        if not (duration_s > 0 and 0 <= share <= 1):
+            raise Refusal(f"plateau: {duration_s} s, share {share}, expected above 0 and 0 to 1")
+        more = int(np.ceil(duration_s / self.step_s))
+        core = np.concatenate([self.probability, np.zeros(more)])
+        at = self.step_s * np.arange(-1, more + 2)
+        # Twice the integral of the density: its second differences are what even steps hold.
+        within = np.clip(at, 0, duration_s)
+        waits = np.diff(within**2 / (2 * duration_s) + np.maximum(at - duration_s, 0), 2) / self.step_s
+        return self._mixed(core, np.convolve(core, waits)[: len(core)], share)
+
+    def _mixed(self, core: np.ndarray, late: np.ndarray, share: float) -> "ImpulseResponse":
+        """A share of the light (N,) late; as much in all as there was."""
+        mixed = (1 - share) * core + share * late
         times = self.time_s[0] + self.step_s * np.arange(len(core))
         return ImpulseResponse(times, mixed * (self.probability.sum() / mixed.sum()))
 

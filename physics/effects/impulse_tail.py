@@ -8,11 +8,16 @@ from physics.rendering import Rendering
 
 
 class ImpulseTail(Effect):
-    """A share of the photons is registered late by an exponentially distributed delay."""
+    """Photons are registered late: by an exponentially distributed delay, as carriers diffuse, or evenly up to an end.
+
+    The latter is a laser that lingers at a low level and then stops.
+    """
 
     id = "impulse_tail"
     acts_on = "time"
-    sentence = "Part of every pulse is registered late, with an exponentially falling delay, whatever its brightness."
+    sentence = (
+        "Part of every pulse is registered late, by a few tenths of a nanosecond or more, whatever its brightness."
+    )
     look_alikes = (
         LookAlike(
             "afterpulsing", "Tails end within nanoseconds; step the target in range and look many bins after the pulse."
@@ -20,6 +25,7 @@ class ImpulseTail(Effect):
         LookAlike("multipath", "Take the target out of the corner: a tail stays, a second bounce goes."),
         LookAlike("impulse_width", "Look at the early flank: a wider pulse rises earlier, a tail leaves it as it is."),
     )
+    forms = (("share", "tau"), ("lingering", "duration"))
     parameters = (
         Parameter(
             "share",
@@ -39,11 +45,33 @@ class ImpulseTail(Effect):
             tries=(1e-10, 3e-10, 1e-9),
             sentence="Mean delay.",
         ),
+        Parameter(
+            "lingering",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.1,
+            vanishes_at=0.0,
+            sentence="Part of the photons that a laser sends which lingers.",
+        ),
+        Parameter(
+            "duration",
+            unit="s",
+            low=1e-11,
+            high=6e-9,
+            start=1e-9,
+            tries=(5e-10, 1e-9, 2e-9, 4e-9),
+            sentence="Time after which it stops.",
+        ),
     )
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
-        """The pulse, exponentially modified in part."""
-        pulse = rendering.clock.pulse.with_tail(values["tau"], values["share"])
+        """The pulse, delayed in part."""
+        pulse = rendering.clock.pulse
+        if values["lingering"]:
+            pulse = pulse.with_plateau(values["duration"], values["lingering"])
+        if values["share"]:
+            pulse = pulse.with_tail(values["tau"], values["share"])
         return replace(rendering.clock, pulse=pulse)
 
 

@@ -65,13 +65,15 @@ class RangeFalloff(Effect):
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light by its time of arrival, which tells its range."""
         arrivals, lattice = rendering.arrivals, rendering.arrivals.lattice
-        zero = np.broadcast_to(rendering.clock.time_zero_s, arrivals.light.shape[:2])[..., None]
+        zero = np.atleast_2d(rendering.clock.time_zero_s)[..., None]
         knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
         # Nothing is nearer than a knot: what arrives earlier is rounding, and must not divide by 0.
         ranges = speed_of_light / 2 * np.maximum(knots_s - zero, lattice.step_s)
         overlap = np.atleast_1d(values["overlap_range"])[:, None] / ranges
         faster = np.atleast_1d(values["exponent"])[:, None]
-        return replace(arrivals, light=arrivals.light / (1 + overlap ** values["steepness"]) * ranges**-faster)
+        # Alike in all frames, unless their clock moves.
+        part = ranges**-faster / (1 + overlap ** values["steepness"])
+        return replace(arrivals, light=arrivals.light * part)
 
 
 effect = RangeFalloff()

@@ -16,6 +16,8 @@ from physics.replicas import replicas
 NEAREST_M = 0.1
 # Ways to go with range that a fit begins at: by the inverse square, or not at all.
 FALLOFFS = (2.0, 0.0)
+# A surface in front whose light grows with less than this power of its nearness is none.
+NEARER = 1.0
 # So many times as much must tell for part of the surfaces as for all that a fit begins there.
 PARTLY = 1.1
 # Width of the ends of what is covered, in log range.
@@ -127,6 +129,16 @@ class SecondSurface(Effect):
         spread = replace(first, light=lost * (values["reflectance"] * _spread(ranges, spacing, values["falloff"])))
         second = spread.delayed(2 * spacing / speed_of_light)
         return replace(first, light=first.light - lost + second.light)
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A sheet in front is nearer to the sensor, and lit the more for it."""
+        return self.contradiction(values) is not None
+
+    def contradiction(self, values: Values) -> str | None:
+        """A pulse before the pulse that goes with it at all ranges alike is the laser's."""
+        if values["spacing"] < 0 and values["falloff"] < NEARER:
+            return "a surface in front would return the more light the nearer it is, and this does not"
+        return None
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The spacings at which most of an excess is a replica of what is expected."""

@@ -22,18 +22,18 @@ def test_at_and_between_the_bounds(here):
 
 
 def test_one_for_every_parameter_and_zone():
-    settings = (find_effect("ambient_pedestal").at(level=[1.0, 2.0]), find_effect("impulse_tail").at())
+    settings = (find_effect("ambient_pedestal").at(level=[1.0, 2.0]), find_effect("counter_saturation").at())
 
     def model(now):
-        level, tail = now[0].values["level"], now[1].values
-        return np.array([level[0] * 5, level[1] * 7, now[0].values["growth"] * 11, tail["share"] * 3, tail["tau"] * 2])
+        level, counter = now[0].values["level"], now[1].values
+        return np.array([level[0] * 5, level[1] * 7, now[0].values["growth"] * 11, counter["lost"] * 3, counter["ceiling"] * 2])
 
     found = derivatives(model, settings)
     assert [(d.effect, d.parameter, d.zone) for d in found] == [
         ("ambient_pedestal", "level", 0),
         ("ambient_pedestal", "level", 1),
         ("ambient_pedestal", "growth", None),
-        ("impulse_tail", "share", None),
-        ("impulse_tail", "tau", None),
+        ("counter_saturation", "lost", None),
+        ("counter_saturation", "ceiling", None),
     ]
     assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([5.0, 7, 11, 3, 2]), abs=1e-6)

@@ -1,4 +1,4 @@
-"""`impulse_tail`: some photons wait."""
+"""`impulse_tail`: some photons are sent late, some wait."""
 
 from dataclasses import replace
 
@@ -9,8 +9,10 @@ from physics.single_photons.world import Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Some photons' carriers diffuse before they avalanche, each as long as it takes."""
-    waits = rng.random(len(photons)) < values["share"]
+    """Some are sent until the laser stops; some photons' carriers diffuse before they avalanche."""
     time = photons.time_s.copy()
+    lingers = rng.random(len(photons)) < values["lingering"]
+    time[lingers] += rng.uniform(0, values["duration"], int(lingers.sum()))
+    waits = rng.random(len(photons)) < values["share"]
     time[waits] += rng.exponential(values["tau"], int(waits.sum()))
     return replace(photons, time_s=time)

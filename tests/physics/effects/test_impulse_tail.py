@@ -22,10 +22,10 @@ def gaussian(step_s):
     return ImpulseResponse((edges[1:] + edges[:-1]) / 2, probability / probability.sum())
 
 
-def tailed(share, tau, step_s=0.0125e-9):
+def tailed(share, tau, step_s=0.0125e-9, **lingering):
     clock = Clock(0.4e-9, 60, np.zeros(1), gaussian(step_s))
     start = Rendering(None, None, clock, 1.0)
-    return effect.clock(effect.at(share=share, tau=tau).values, start).pulse
+    return effect.clock(effect.at(share=share, tau=tau, **lingering).values, start).pulse
 
 
 @pytest.mark.parametrize("tau", [0.02e-9, 0.3e-9, 1e-9])
@@ -33,6 +33,27 @@ def test_all_delayed_is_the_exponentially_modified_gaussian(tau):
     times = np.linspace(-0.5e-9, 4e-9, 200)
     closed = exponnorm.cdf(times, K=tau / SIGMA, scale=SIGMA)
     np.testing.assert_allclose(tailed(1.0, tau).cumulative(times), closed, atol=1e-3)
+
+
+@pytest.mark.parametrize("duration", [0.03e-9, 0.6e-9, 2e-9])
+def test_a_laser_that_lingers_leaves_a_plateau(duration):
+    times = np.linspace(-0.5e-9, 4e-9, 200)
+
+    def integral(x):  # Of the normal distribution: what a uniform delay makes of it is a difference of two.
+        return x * norm.cdf(x, scale=SIGMA) + SIGMA**2 * norm.pdf(x, scale=SIGMA)
+
+    closed = (integral(times) - integral(times - duration)) / duration
+    found = tailed(0.0, 1e-10, lingering=1.0, duration=duration)
+    np.testing.assert_allclose(found.cumulative(times), closed, atol=1e-3)
+
+
+@given(share=st.floats(0, 1), duration=st.floats(1e-11, 6e-9))
+def test_a_plateau_keeps_photons_and_is_late_by_half_of_its_duration(share, duration):
+    found = tailed(0.0, 1e-10, lingering=share, duration=duration)
+    assert found.probability.sum() == pytest.approx(1, abs=1e-12)
+    assert (found.probability >= -1e-18).all()
+    later = found.probability @ found.time_s - gaussian(0.0125e-9).probability @ gaussian(0.0125e-9).time_s
+    assert later == pytest.approx(share * duration / 2, rel=1e-6, abs=1e-17)
 
 
 @given(share=st.floats(0, 1), tau=st.floats(1e-12, 2e-9))

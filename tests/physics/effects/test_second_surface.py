@@ -111,3 +111,10 @@ def test_it_suggests_the_spacing_and_what_is_covered(small):
     assert {start["falloff"] for start in starts} == {0.0, 2.0}
     for start in starts:
         effect.at(**start)
+
+
+@pytest.mark.parametrize(("spacing", "falloff", "denied"), [(-0.2, 0.0, True), (-0.2, 2.0, False), (0.2, 0.0, False)])
+def test_a_pulse_in_front_that_does_not_fall_off_is_no_surface(spacing, falloff, denied):
+    values = effect.at(passed=0.1, spacing=spacing, falloff=falloff).values
+    assert (effect.contradiction(values) is not None) == denied
+    assert effect.strained(values, None) == denied
