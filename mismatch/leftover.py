@@ -13,6 +13,7 @@ from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 from mismatch.tables import tables
+from mismatch.windows import worst_window
 
 
 def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
@@ -20,10 +21,13 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     looked = tables(simulation, fitted)
     mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
     besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, mean)]
-    many = len(looked) + len(besides)
+    window = worst_window(simulation, mean)
+    many = len(looked) + len(besides) + 1
     found: list[Place] = []
     if many * min(table.p_value for table in looked) < SIGNIFICANT:
         found += places(simulation, fitted)
+    if many * window.p_value < SIGNIFICANT and not found:
+        found.append(replace(window, p_value=window.p_value * many))
     worst = min(besides, key=lambda check: check.p_value)
     if many * worst.p_value < SIGNIFICANT and not found:
         found.append(wherever(simulation, worst.p_value * many, worst.sentence))

@@ -60,13 +60,12 @@ class ForwardModel:
                 counts = gain * signal
                 counts += now.background  # In place: no third array.
                 now = replace(now, expected=counts)
-            for setting in settings:
-                if noun not in setting.effect.changes:
-                    continue
+            acting = [setting for setting in settings if noun in setting.effect.changes]
+            for i, setting in enumerate(acting):
                 # How bright it is may matter to when light is registered.
                 if noun != "background":  # The signal does not depend on it.
                     key = (*key, noun, gain if noun == "arrivals" else None, setting.key)
-                made = self._once(f"{noun} {setting.effect.id}", key, partial(_through, now, setting, noun))
+                made = self._once(f"{noun} {i}", key, partial(_through, now, setting, noun))
                 now = replace(now, **{noun: made})
         return now.expected
 

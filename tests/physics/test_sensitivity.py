@@ -26,7 +26,8 @@ def test_one_for_every_parameter_and_zone():
 
     def model(now):
         level, counter = now[0].values["level"], now[1].values
-        return np.array([level[0] * 5, level[1] * 7, now[0].values["growth"] * 11, counter["lost"] * 3, counter["ceiling"] * 2])
+        growth = now[0].values["growth"]
+        return np.array([level[0] * 5, level[1] * 7, growth * 11, counter["lost"] * 3, counter["ceiling"] * 2])
 
     found = derivatives(model, settings)
     assert [(d.effect, d.parameter, d.zone) for d in found] == [
