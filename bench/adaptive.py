@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibrate.adaptive import AdaptivePlan
+from calibrate.adaptive import COARSE, LIT, AdaptivePlan
 from calibrate.adaptive_fill import filled
 from calibrate.consistency import cosines
 from calibrate.kernel import PUBLISHED_RADIUS_PX, fit_kernel
@@ -27,7 +27,7 @@ from recordings.maps_file import load_maps
 
 EVEN = (100, 150, 200, 250, 300, 350, 400, 450, 500, 550, 600, 700, 800, 900, 1000, 1200, 1500, 1800)
 LEVELS = (0.97, 0.98, 0.99, 0.995)
-EVEN_FILLED = (60, 80, 100, 150, 200, 300, 450, 600, 800)
+EVEN_FILLED = (60, 80, 100, 150, 200, 300, 450)
 MOST = 400
 FILES = {"long": "spad_calib_3x3_longrange_bins15_35.npz", "short": "spad_calib_3x3_shortrange_bins45_75.npz"}
 
@@ -97,7 +97,7 @@ def evenly_filled(maps: ResponseMaps) -> list[tuple[int, float, float, float]]:
 
 
 def adaptively(maps: ResponseMaps, prior: ResponseMaps | None = None) -> list[tuple[int, float, float, float]]:
-    """Points, worst and mean cosine, and the worst as the plan estimated it, batch by batch."""
+    """Points, worst and mean cosine, and the worst as the plan estimated it (0 before that counts), batch by batch."""
     plan = AdaptivePlan(
         np.stack([maps.xs, maps.ys], axis=1), PUBLISHED_RADIUS_PX, accuracy=0.9999, most=MOST, prior=prior
     )
@@ -105,7 +105,7 @@ def adaptively(maps: ResponseMaps, prior: ResponseMaps | None = None) -> list[tu
     while len(cells := plan.next()):
         plan.learn(cells, full[:, cells])
         taken += len(cells)
-        if plan.reached:
+        if taken > COARSE + LIT:
             cosine = cosines(full, plan.expected())
             found.append((taken, float(cosine.min()), float(cosine.mean()), plan.reached))
     return found
@@ -133,12 +133,12 @@ def main(names: list[str]) -> None:
             prior = published(other)
         maps = published(name) if name in FILES else simulated(int(name))
         adaptive = adaptively(maps, prior)
-        even = {"splines": evenly(maps), "optics": evenly_filled(maps)}
         print(f"\n{name}{' with the other mode as prior' if prior else ''}")
         print("adaptive: points, worst cosine (estimated), mean")
         for n, worst, mean, estimate in adaptive:
-            print(f"{n:6} {worst:.4f} ({estimate:.4f}) {mean:.4f}")
-        for way, curve in even.items():
+            print(f"{n:6} {worst:.4f} ({estimate:.4f}) {mean:.4f}", flush=True)
+        for way, evenly_completed in (("splines", evenly), ("optics", evenly_filled)):
+            curve = evenly_completed(maps)
             print(f"even, {way}: points, worst cosine, mean")
             for n, worst, mean, _ in curve:
                 print(f"{n:6} {worst:.4f} {mean:.4f}")

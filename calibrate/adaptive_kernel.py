@@ -12,7 +12,9 @@ RELATIVE, FLOOR = 0.01, 0.004  # a zone's error at a sample besides its own: rel
 # To begin with: departures in the flood's texture, common to the zones, and in each zone; errors that the zones of one
 # sample share, of its brightness, and of its place, patch radii.
 STRENGTHS = (0.1, 0.03, 0.02, 0.03)
-LEAST, MOST = (0.01, 0.01, 0.002, 0.003), (0.5, 0.5, 0.1, 0.2)
+# Free to grow, the flood's texture takes the place of the optics as long as samples are few: a second optimum, in which
+# errors are overstated wherever it is bright, and light scattered nearby comes out negative.
+LEAST, MOST = (0.01, 0.01, 0.002, 0.003), (0.12, 0.5, 0.1, 0.2)
 DOUBT = (0.4, 0.4, 0.7, 0.7)  # of their logarithms: a few samples tell little of them
 
 

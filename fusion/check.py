@@ -6,8 +6,9 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from fusion.depths import zone_depths
-from fusion.map_departure import Departure, departure, foreign, implausible
-from fusion.map_null import SHIFT_SIGMAS, TOLD_PX, Null, null_of
+from fusion.map_departure import Departure, departure, doubt, joined, settled
+from fusion.map_foreign import foreign, implausible, twisted
+from fusion.map_null import SHOWN_SIGMAS, TOLD_PX, Null, null_of
 from fusion.map_scores import misfit, precision
 from fusion.map_trials import Trials
 from fusion.mount import mounted
@@ -80,25 +81,29 @@ def check(recording: Recording, maps: ResponseMaps, sensor: SensorModel, rng: np
     """Whether `maps` say where the zones looked, by a recording with depth from the camera.
 
     The histograms are compared with those the forward model expects through the maps, and through maps that are
-    displaced, mirrored or exchanged. Brightness and pedestal of every histogram, and one correction of the pulse, are
-    free; parallax is that of the mount, where recording or maps say it. What differences of log-likelihood mean is read
-    off made-up recordings of the same scene by right maps, with photon noise and reflectances as wrong as the misfit
-    allows. rng draws these. Raises `Refusal` where the recording has no depth, or zones and bins of recording, maps and
-    sensor differ.
+    displaced, mirrored, exchanged, turned or of another size. Brightness and pedestal of every histogram, one
+    correction of the pulse and a delay of every zone are free; parallax is that of the mount, where recording or maps
+    say it. What differences of log-likelihood mean is read off made-up recordings of the same scene by right maps, with
+    photon noise and reflectances as wrong as the misfit allows. rng draws these. Raises `Refusal` where the recording
+    has no depth, or zones and bins of recording, maps and sensor differ.
     """
     scene = bench(recording, maps, mounted(sensor, maps, recording.lidar_from_camera))
     trials = Trials(scene)
     null, found, now = null_of(trials, rng), [], maps
-    step, reason = departure(trials, null), None
-    while step is not None and reason is None and len(found) < MOST_DEPARTURES:
-        found.append(step)
-        now = step.undo(now)
+    step = departure(trials, null)
+    reason = twisted(trials.observed, null, step)
+    for _ in range(MOST_DEPARTURES):
+        if step is None or reason is not None:
+            break
+        found, now = joined(found, step), step.undo(now)
         trials = Trials(scene.through(now))
         null = null_of(trials, rng)
-        reason, step = implausible(step, null), departure(trials, null)
+        reason, found[-1] = implausible(step, null), settled(found[-1], trials, null)
+        step = departure(trials, null)
+        reason = reason or twisted(trials.observed, null, step)
     if reason is None:
         reason = foreign(trials.observed, null) or (step and "whatever is put right, something else is wrong then")
-    kind, sentence, evidence = _verdict(found, reason, null)
+    kind, sentence, evidence = _verdict(found, reason, doubt(trials, null), null)
     zones = _agreement(scene)
     biases = [zone.bias_m for zone in zones if zone.bias_m is not None]
     return Check(
@@ -114,7 +119,9 @@ def check(recording: Recording, maps: ResponseMaps, sensor: SensorModel, rng: np
     )
 
 
-def _verdict(found: list[Departure], reason: str | None, null: Null) -> tuple[str, str, tuple[str, ...]]:
+def _verdict(
+    found: list[Departure], reason: str | None, doubted: str | None, null: Null
+) -> tuple[str, str, tuple[str, ...]]:
     """Kind, sentence and evidence."""
     if reason is not None:
         return "another rig", "the maps are of another rig: no shift, mirror or order of them fits", (reason,)
@@ -127,7 +134,7 @@ def _verdict(found: list[Departure], reason: str | None, null: Null) -> tuple[st
         return " and ".join(one.kind for one in found), "; ".join(one.sentence for one in found), evidence
     blind = [f"mirrored {name}" for name, told in null.mirrors_told.items() if not told]
     sigma = np.sqrt(np.diag(null.shift[1]))
-    least = SHIFT_SIGMAS * sigma
+    least = SHOWN_SIGMAS * sigma
     seen = f"a shift by more than {least[0]:.0f} px in x or {least[1]:.0f} px in y would have shown"
     if not null.shift_told or blind:
         missed = [*([] if null.shift_told else [f"shifted by {TOLD_PX:.0f} px"]), *blind]
@@ -138,6 +145,8 @@ def _verdict(found: list[Departure], reason: str | None, null: Null) -> tuple[st
         elif told:
             words += f"; they are not mirrored {', nor '.join(told)}"
         return "cannot tell", words, (seen,)
+    if doubted:
+        return "cannot tell", f"cannot tell: {doubted}", (seen,)
     pairs = null.pairs_untold
     if pairs:
         told = ", ".join(f"{a} and {b}" for a, b in pairs)

@@ -20,6 +20,15 @@ FLIPS = {
     "rows for columns, left-right and up-down": (True, True, True),
 }
 
+# Other optics, or a sensor mounted askew: angle in degrees, clockwise in the image, and size.
+TURN_DEGREES, GROWTH = 7.0, 1.12
+TWISTS = {
+    "turned clockwise": (TURN_DEGREES, 1.0),
+    "turned counter-clockwise": (-TURN_DEGREES, 1.0),
+    "larger": (0.0, GROWTH),
+    "smaller": (0.0, 1 / GROWTH),
+}
+
 
 def shifts_px() -> np.ndarray:
     """(S,) displacements along one axis that are tried, pixels of the full-size image."""
@@ -60,6 +69,19 @@ def mirrored(scene: Bench) -> Iterator[tuple[str, np.ndarray]]:
             x, y = y * width / height, x * height / width
         x, y = width - 1 - x if across else x, height - 1 - y if down else y
         yield name, scene.signal(replace(where, x_px=x, y_px=y))
+
+
+def twisted(scene: Bench) -> Iterator[tuple[str, np.ndarray]]:
+    """Name, and (F, P, T) signal with all footprints turned about their middle, or larger or smaller."""
+    where = scene.where
+    weights = where.weights.sum(axis=-3)
+    middle = [(weights * at).sum() / max(weights.sum(), 1e-300) for at in (where.x_px, where.y_px)]
+    x, y = where.x_px - middle[0], where.y_px - middle[1]
+    for name, (angle, size) in TWISTS.items():
+        cosine, sine = np.cos(np.radians(angle)) / size, np.sin(np.radians(angle)) / size
+        # What is turned by an angle is read at places turned back.
+        there = cosine * x + sine * y, cosine * y - sine * x
+        yield name, scene.signal(where.moved(x - there[0], y - there[1]))
 
 
 def mirrored_order(grid: tuple[int, int]) -> dict[str, np.ndarray]:

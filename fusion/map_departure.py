@@ -1,13 +1,13 @@
 """How maps depart from where zones look, if they do."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from fusion.map_changes import displaced, reordered, turned
-from fusion.map_null import LEAST_GAIN, SHIFT_SIGMAS, Null
+from fusion.map_null import DOUBT_SIGMAS, LEAST_GAIN, SHIFT_SIGMAS, Null
 from fusion.map_trials import Scores, Trials, peak_of
 from recordings.maps import ResponseMaps
 
@@ -16,10 +16,6 @@ BACK = {
     "rows for columns and left-right": "rows for columns and up-down",
     "rows for columns and up-down": "rows for columns and left-right",
 }
-# Zones that wander by errors of the model gain less by it than this part of what their order does.
-FAR = 0.1
-# A mistake that is put right must win this part of what making it would cost.
-SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,53 +97,55 @@ def _exchanged(trials: Trials, null: Null) -> Departure | None:
 def _shifted(trials: Trials, null: Null) -> Departure | None:
     """All maps displaced in the image."""
     gain = trials.observed.shift_gain
-    place, inside = peak_of(gain)
-    bias, covariance = null.shift
-    away = place - bias
-    distance = float(np.sqrt(away @ np.linalg.solve(covariance, away)))
-    if distance < SHIFT_SIGMAS:
+    away, inside = _displaced(trials, null)
+    chance = null.over(lambda one: float(one.shift_gain.max()), SHIFT_SIGMAS)
+    found = _shift(away, null, inside, float(gain.max()), chance)
+    return found if found.values["sigmas"] > SHIFT_SIGMAS else None
+
+
+def doubt(trials: Trials, null: Null) -> str | None:
+    """A shift that is not certain, and too likely to call maps right, in words; None where there is none."""
+    away, inside = _displaced(trials, null)
+    maybe = _shift(away, null, inside, 0.0, 0.0)
+    if maybe.values["sigmas"] < DOUBT_SIGMAS:
         return None
-    sigma = np.sqrt(np.diag(covariance))
-    # Footprints fit where they are moved to, so the maps are off the other way.
+    return f"{maybe.sentence}, unless that is chance".replace(" are ", " may be ", 1)
+
+
+def _displaced(trials: Trials, null: Null) -> tuple[np.ndarray, bool]:
+    """(2,) x, y in pixels by which footprints fit best elsewhere, and whether that lies within what was tried."""
+    place, inside = peak_of(trials.observed.shift_gain)
+    return place - null.shift[0], inside
+
+
+def _shift(away: np.ndarray, null: Null, inside: bool, gain: float, chance: float) -> Departure:
+    """That the maps are displaced, by minus (2,) pixels: footprints fit where they are moved to."""
+    sigma = np.sqrt(np.diag(null.shift[1]))
     x, y = -away
     more = "" if inside else "at least "
     sentence = (
         f"the maps are shifted by {more}dx = {x:+.0f} ± {sigma[0]:.0f} px (right) "
         f"and dy = {y:+.0f} ± {sigma[1]:.0f} px (down)"
     )
-    chance = null.over(lambda one: float(one.shift_gain.max()), SHIFT_SIGMAS)
-    values = {"shift_px": [float(x), float(y)], "sigma_px": sigma.tolist(), "sigmas": distance, "within_reach": inside}
-    undo = partial(displaced, shift_px=place)
-    return Departure("shifted", sentence, float(gain.max()), chance, undo, None, values)
+    sigmas = float(np.sqrt(away @ np.linalg.solve(null.shift[1], away)))
+    values = {"shift_px": [float(x), float(y)], "sigma_px": sigma.tolist(), "sigmas": sigmas, "within_reach": inside}
+    return Departure("shifted", sentence, gain, chance, partial(displaced, shift_px=away), None, values)
 
 
-def foreign(seen: Scores, null: Null) -> str | None:
-    """Why maps as they are cannot be of this rig, in words; None where they can."""
-    wander, chance = seen.disorder, max(null.over(lambda one: one.disorder, 3.0), FAR)
-    if wander > chance and seen.wander_gain > LEAST_GAIN:
-        return (
-            f"zones by themselves fit best in different places: that gains {wander:.2f} of what their order does, "
-            f"where it stays below {chance:.2f} for right maps"
-        )
-    fits, knows = float(seen.base.sum()), seen.knowledge
-    worst = null.least_plausible(lambda one: float(one.base.sum()), 3.0)
-    if fits < worst and knows < null.least_plausible(lambda one: one.knowledge, 2.0):
-        return (
-            f"histograms agree with the maps little better ({knows:.0f}) than with the same maps in any order, where "
-            f"right ones gain {null.mean(lambda one: one.knowledge):.0f}"
-        )
-    return None
+def settled(found: Departure, trials: Trials, null: Null) -> Departure:
+    """A departure as it looks from where it was put right: a shift is known best from there."""
+    if found.kind != "shifted":
+        return found
+    more, inside = _displaced(trials, null)
+    return _shift(more - np.array(found.values["shift_px"]), null, inside, found.gain, found.chance)
 
 
-def implausible(found: Departure, null: Null) -> str | None:
-    """Why a departure that was put right was none, in words: the mistake would have cost right maps far more."""
-    cost = 0.0 if found.redone is None else -null.mean(found.redone)
-    if found.gain > SHARE * cost:
-        return None
-    return (
-        f"if {found.sentence}, putting that right would raise the log-likelihood by about {cost:.0f}, "
-        f"but it does by {found.gain:.0f}"
-    )
+def joined(found: list[Departure], step: Departure) -> list[Departure]:
+    """What was found so far, and one more; a shift beyond what is tried at once is found in parts, and is one."""
+    if not found or not found[-1].kind == step.kind == "shifted":
+        return [*found, step]
+    whole = step.values | {"shift_px": found[-1].values["shift_px"]}
+    return [*found[:-1], replace(step, values=whole, gain=found[-1].gain + step.gain)]
 
 
 def _cycles(order: np.ndarray) -> list[np.ndarray]:

@@ -15,6 +15,8 @@ SPREADS = (0.1, 0.25, 0.5, 0.8, 1.2)
 SIGMAS = 4.0
 # The same for a shift in two directions at once: 2 in 1000.
 SHIFT_SIGMAS = 3.5
+# Beyond this maps are not called right: 4 in 100. A shift by SHOWN_SIGMAS lies beyond it in 95 cases of 100.
+DOUBT_SIGMAS, SHOWN_SIGMAS = 2.5, 4.1
 # Log-likelihood below which nothing is claimed: odds of 1 to 400.
 LEAST_GAIN = 6.0
 # Where a shift is found, it is known no better: pixels of the full-size image.
@@ -65,7 +67,7 @@ class Null:
         """Whether a shift by TOLD_PX would be noticed."""
         _, covariance = self.shift
         sigma = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
-        return self.mean(shift_loss) < -LEAST_GAIN and sigma < TOLD_PX / 3
+        return self.mean(shift_loss) < -LEAST_GAIN and SHOWN_SIGMAS * sigma < TOLD_PX
 
     @property
     def mirrors_told(self) -> dict[str, bool]:

@@ -3,15 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 from scipy.optimize import linear_sum_assignment
 
-from fusion.map_changes import exchanged, mirrored, mirrored_order, shifted, shifts_px
-from fusion.map_scores import corrected, precision, pulse_correction, score
+from fusion.map_changes import exchanged, mirrored, mirrored_order, shifted, shifts_px, twisted
+from fusion.map_delays import best_bins, profiled, sought_bins, steps_bins
+from fusion.map_scores import EARLIER, LATER, Candidates, corrected, delayed, precision, pulse_correction
 from fusion.predictions import Bench
+from fusion.reflectances import Reflectances
 
-# Reflectance that nobody knows is off in blobs of this part of the image's width, a choice.
-ALBEDO_BLOB = 0.06
 # Rounds in which the best way and the correction of the pulse are found in turn.
 ROUNDS = 2
 
@@ -20,8 +19,9 @@ ROUNDS = 2
 class Scores:
     """Log-likelihoods of a recording, summed over F frames, for each way the zones may look; as the maps say: `base`.
 
-    base: (F, P). shift: (S, S, P) of footprints displaced by y, x of `shifts_px`. table: (P, P), zone p with the map of
-    zone q. order: by name, zones in mirrored order. image: by name, image of the maps mirrored.
+    base: (P,). shift: (S, S, P) of footprints displaced by y, x of `shifts_px`. table: (P, P), zone p with the map of
+    zone q. order: by name, zones in mirrored order. image: by name, image of the maps mirrored. twist: by name,
+    footprints turned, or of another size.
     """
 
     base: np.ndarray
@@ -29,6 +29,7 @@ class Scores:
     table: np.ndarray
     order: dict[str, float]
     image: dict[str, float]
+    twist: dict[str, float]
 
     @property
     def mirror_gain(self) -> dict[str, float]:
@@ -43,6 +44,11 @@ class Scores:
         whole = self.shift.sum(axis=-1)
         middle = len(whole) // 2
         return whole - whole[middle, middle]
+
+    @property
+    def twist_gain(self) -> float:
+        """Gain of footprints turned or of another size."""
+        return max(self.twist.values()) - float(self.base.sum())
 
     @property
     def pair_gain(self) -> np.ndarray:
@@ -81,26 +87,39 @@ class Trials:
     """All predicted signals of a bench; scores of the recorded counts, and of counts made up.
 
     kernel: the correction of the pulse found in the recording. orders: by name, (P,) which map each zone takes when the
-    order is turned over. observed: the scores of the recording.
+    order is turned over. delay_bins: (P,) by which zones are late after that. observed: the scores of the recording.
     """
 
     def __init__(self, scene: Bench) -> None:
         self.scene = scene
-        shift, table, image = shifted(scene), exchanged(scene), dict(mirrored(scene))
+        self.reflectances = Reflectances.of(scene.light.range_m)
         self.orders = mirrored_order(scene.where.zone_grid)
-        self._shifted, self._table, self._image = shift, table, image
+        shift, table = shifted(scene), exchanged(scene)
+        image, twist = dict(mirrored(scene)), dict(twisted(scene))
+        self._names, self._side = (tuple(image), tuple(twist)), len(shift)
+        each = [shift.reshape(-1, *shift.shape[2:]).swapaxes(0, 1), table.transpose(2, 1, 0, 3)]
+        each.append(np.stack([*image.values(), *twist.values()], axis=1))
+        raw = np.concatenate(each, axis=1).swapaxes(1, 2).astype(np.float32)  # (F, P, C, T)
+        weights, zones = self._weights(scene.counts), scene.sensor.zones
+        self.kernel, self.delay_bins = np.eye(EARLIER + 1 + LATER)[EARLIER], np.zeros(zones)
+        self._set(raw)
         for _ in range(ROUNDS):
-            best = self._best(self.scored(scene.counts), shift, table, image)
-            self.kernel = pulse_correction(scene.counts, self._weights(scene.counts), best)
-            self._shifted, self._table = corrected(shift, self.kernel), corrected(table, self.kernel)
-            self._image = {name: corrected(each, self.kernel) for name, each in image.items()}
+            best = np.take_along_axis(raw, self._best(self.scored(scene.counts))[None, :, None, None], 2)[:, :, 0]
+            timely = delayed(best, self.delay_bins)
+            self.kernel = pulse_correction(scene.counts, weights, timely)
+            tried = sought_bins(scene.sensor.bin_width_s)
+            late = delayed(np.repeat(corrected(best, self.kernel)[:, :, None], len(tried), 2), tried)
+            fits = Candidates.of(late).score(scene.counts, weights).sum(axis=0)
+            self.delay_bins = best_bins(fits, scene.sensor.bin_width_s)
+            self._set(raw)
         self.observed = self.scored(scene.counts)
 
-    @property
-    def as_is(self) -> np.ndarray:
-        """(F, P, T) signal that the maps as they are predict, pulse corrected."""
-        middle = len(self._shifted) // 2
-        return self._shifted[middle, middle]
+    def _set(self, raw: np.ndarray) -> None:
+        """What to compare: signals (F, P, C, T), their pulse corrected, each at three delays."""
+        late = self.delay_bins[:, None] + steps_bins(self.scene.sensor.bin_width_s)
+        pulse = corrected(raw, self.kernel)
+        each = [delayed(pulse, late[:, None, k]) for k in range(late.shape[1])]
+        self._candidates = Candidates.of(np.concatenate(each, axis=2))
 
     def _weights(self, counts: np.ndarray) -> np.ndarray:
         """(F, P, T) weight of every bin."""
@@ -108,36 +127,35 @@ class Trials:
 
     def scored(self, counts: np.ndarray) -> Scores:
         """The scores of counts (F, P, T)."""
-        weights = self._weights(counts)
-        by_zone, by_weight = counts.swapaxes(0, 1)[:, None], weights.swapaxes(0, 1)[:, None]
-        table = score(by_zone, by_weight, self._table).sum(axis=-1)
-        zones = np.arange(len(table))
+        by_delay = self._candidates.score(counts, self._weights(counts)).sum(axis=0)
+        by_delay = by_delay.reshape(len(by_delay), 3, -1).swapaxes(1, 2)
+        every = profiled(by_delay, self.delay_bins, self.scene.sensor.bin_width_s)  # (P, C)
+        zones, side = np.arange(len(every)), self._side
+        at = np.cumsum([side**2, len(zones), len(self._names[0])])
+        shift, table, *others = np.split(every, at, axis=1)
         order = {name: float(table[zones, looks].sum()) for name, looks in self.orders.items()}
-        image = {name: float(score(counts, weights, each).sum()) for name, each in self._image.items()}
-        shift = score(counts, weights, self._shifted).sum(axis=-2)
-        return Scores(score(counts, weights, self.as_is), shift, table, order, image)
+        image, twist = (
+            dict(zip(n, v.sum(axis=0).tolist(), strict=True)) for n, v in zip(self._names, others, strict=True)
+        )
+        return Scores(np.diag(table), shift.T.reshape(side, side, -1), table, order, image, twist)
 
-    @staticmethod
-    def _best(scores: Scores, shift: np.ndarray, table: np.ndarray, image: dict[str, np.ndarray]) -> np.ndarray:
-        """(F, P, T) which of these signals fits best."""
+    def _best(self, scores: Scores) -> np.ndarray:
+        """(P,) which candidates fit best."""
         flip = max(scores.image, key=scores.image.get)
         gains = (scores.shift_gain.max(), scores.order_gain, scores.image[flip] - scores.base.sum())
+        zones, side = len(scores.table), self._side**2
         if gains[0] >= max(gains):
-            return shift[np.unravel_index(scores.shift_gain.argmax(), scores.shift_gain.shape)]
-        looks = scores.assignment
-        return image[flip] if gains[2] >= max(gains) else table[np.arange(len(looks)), looks].swapaxes(0, 1)
+            return np.full(zones, scores.shift_gain.argmax())
+        if gains[2] >= max(gains):
+            return np.full(zones, side + zones + self._names[0].index(flip))
+        return side + scores.assignment
 
     def made_up(self, spread: float, rng: np.random.Generator) -> Scores:
         """Scores of a recording that the maps are right about, of the same scene with another reflectance: off by
         log-normal factors of this standard deviation."""
         scene = self.scene
-        frames, height, width = scene.light.range_m.shape
-        blobs = ALBEDO_BLOB * width
-        fields = [gaussian_filter(rng.standard_normal((height, width)), blobs) for _ in range(frames + 1)]
-        fields = [field / field.std() for field in fields]
-        # What is in view stays partly the same.
-        mixed = (np.stack(fields[1:]) + fields[0]) / np.sqrt(2)
-        signal = corrected(scene.signal(scene.where, scene.relit(np.exp(spread * mixed))), self.kernel)
+        light = scene.relit(np.exp(spread * self.reflectances.draw(rng)).astype(np.float32))
+        signal = delayed(corrected(scene.signal(scene.where, light), self.kernel), self.delay_bins)
         level = np.median(scene.counts, axis=-1, keepdims=True)
         photons = np.maximum(((scene.counts - level) * scene.reached).sum(-1, keepdims=True), 0)
         signal *= photons / np.maximum((signal * scene.reached).sum(-1, keepdims=True), 1e-300)

@@ -7,7 +7,9 @@ from scipy.constants import speed_of_light
 
 from physics.clock import Clock
 from physics.footprint import Footprints, footprints
+from physics.geometry import full_size_pixels
 from physics.light import Light, Return, direct_light
+from physics.motion import Motion
 from physics.nominal import ForwardModel
 from physics.scene.material import reflectance_of_colour
 from physics.sensor import SensorModel
@@ -21,6 +23,8 @@ WIDTH_PX = 240
 MOST_FRAMES = 6
 # A pulse has begun when this part of it has come; the nearest surface is nearer than all but this part of pixels.
 NEGLIGIBLE, NEAREST = 1e-3, 1e-3
+# Light of the sensor's own cover is over when all but this part of a pulse from no distance has come.
+COVER = 0.02
 # The clock of a zone may be late or early by as many bins.
 SPARE_BINS = 3
 # Frames closer than this, mean relative difference of depth, are one and the same to a comparison.
@@ -86,7 +90,18 @@ def bench(recording: Recording, maps: ResponseMaps, sensor: SensorModel) -> Benc
     cosine = None
     if recording.incidence_cosine is not None:
         cosine = np.stack([_image(recording.incidence_cosine, i) for i in frames])
-    light = direct_light(depth, recording.intrinsics, albedo, cosine, laser_cycles=sensor.laser_cycles)
+    # Drifts go with the session's clock, echoes of what stands still with the camera's motion.
+    times = np.asarray(recording.timestamp_s, float) - float(recording.timestamp_s[0])
+    motion = None if recording.camera_pose is None else Motion.of(times, recording.camera_pose)
+    light = direct_light(
+        depth,
+        recording.intrinsics,
+        albedo,
+        cosine,
+        time_s=times[frames],
+        laser_cycles=sensor.laser_cycles,
+        motion=motion,
+    )
     # Every so many pixels, each at its own place: means of depth would be on no surface at edges.
     step = max(1, round(depth.shape[2] / WIDTH_PX))
     at = (slice(step // 2, None, step),) * 2
@@ -108,8 +123,9 @@ def _where(
     maps: ResponseMaps, grid: tuple[int, int], at: tuple[slice, slice], calibration_range_m: float | None
 ) -> Footprints:
     """Footprints on some pixels of a grid. calibration_range_m: where the maps do not say."""
-    whole = footprints(maps, grid, calibration_range_m)
-    return replace(whole, x_px=whole.x_px[at].copy(), y_px=whole.y_px[at].copy())
+    x, y = (np.ascontiguousarray(a[at]) for a in full_size_pixels(grid, maps.image_size))
+    coarse = footprints(maps, x.shape, calibration_range_m)
+    return coarse if x.shape == grid else replace(coarse, x_px=x, y_px=y)
 
 
 def _every_pixel(intrinsics: np.ndarray, step: int) -> np.ndarray:
@@ -134,11 +150,12 @@ def _reached(light: Light, sensor: SensorModel, shape: tuple[int, int, int]) -> 
     """(F, P, T) bool, bins that the pulse reaches from the nearest surface in view, and those after them."""
     clock, pulse = sensor.clock, sensor.clock.pulse
     begins_s = np.interp(NEGLIGIBLE, pulse.edge_cumulative, pulse.edges)
+    over_s, spare_s = np.interp(1 - COVER, pulse.edge_cumulative, pulse.edges), SPARE_BINS * clock.bin_width_s
     direct, first = light.returns[0], np.zeros(shape[:2])
     for i, (ranges, strength) in enumerate(zip(direct.range_m, direct.strength, strict=True)):
         lit = ranges[strength > 0]
         travel_s = 2 * float(np.quantile(lit, NEAREST)) / speed_of_light if lit.size else 0.0
-        first[i] = (clock.time_zero_s + travel_s + begins_s) / clock.bin_width_s - SPARE_BINS
+        first[i] = (clock.time_zero_s + np.maximum(travel_s + begins_s - spare_s, over_s)) / clock.bin_width_s
     return np.arange(shape[2]) >= np.floor(first)[..., None]
 
 

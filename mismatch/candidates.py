@@ -19,6 +19,8 @@ from mismatch.simulation import Simulation
 MINOR, MINOR_PART = 60.0, 0.08
 # One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
 MINOR_AS_EXPECTED = 35.0
+# From so much on it can be told whether it gains what it should, and half of that part is enough.
+TOLD = 100.0
 # Nor need it gain any part of what others did where so much of its change is in cells that it changes by more than
 # they do: another formula of theirs would not.
 ELSEWHERE = 0.8
@@ -69,7 +71,8 @@ class Candidate:
         """
         as_expected = self.observed > self.expected_gain - 2 * np.sqrt(max(self.expected_gain, 0.0))
         least = MINOR_AS_EXPECTED if as_expected else MINOR
-        return self.observed < (least if self.elsewhere > ELSEWHERE else max(least, MINOR_PART * won))
+        part = MINOR_PART / 2 if as_expected and self.observed > TOLD else MINOR_PART
+        return self.observed < (least if self.elsewhere > ELSEWHERE else max(least, part * won))
 
 
 def price(simulation: Simulation) -> float:

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from calibrate.adaptive_fit import fit
-from calibrate.adaptive_kernel import FLOOR, REACH, RELATIVE
+from calibrate.adaptive_kernel import FLOOR, MOST, REACH, RELATIVE
 from calibrate.adaptive_model import FLOOD_STEP, Model
 from calibrate.adaptive_optics import SIZE, SpadOptics
 from calibrate.adaptive_posterior import BELIEF, LEAST_CANDOUR, OVERLOOKED
@@ -130,6 +130,18 @@ def test_errors_that_zones_share_are_found(known):
     assert max(strengths[0]) < 0.02
     assert strengths[1][1] == pytest.approx(0.1, rel=0.3)
     assert strengths[2][0] == pytest.approx(0.06, rel=0.3)
+
+
+def test_the_texture_does_not_take_the_place_of_the_optics(known):
+    model, truth, field, _ = known
+    rng = np.random.default_rng(7)
+    xy = field[(np.abs(field - [424, 240]) < [200, 200]).all(axis=1)][::4]
+    seen = model.maps(truth, *xy.T)[0] * np.exp(rng.normal(0, 0.5, len(xy)))
+    found = fit(model, truth, truth, None, xy, seen, np.zeros_like(seen), 0)
+    for _ in range(4):
+        found = fit(model, truth, truth, found.strengths, xy, seen, np.zeros_like(seen), 0)
+    assert found.strengths[0] == pytest.approx(MOST[0])
+    assert (found.strengths <= np.array(MOST) + 1e-12).all()
 
 
 def test_tilts_are_differences_of_maps(known):

@@ -14,6 +14,7 @@ from physics.effects import (
     impulse_tail,
     parallax,
     pile_up,
+    time_zero_drift,
     time_zero_offset,
     zone_gain,
 )
@@ -27,6 +28,7 @@ from recordings.refusal import Refusal
 
 SIZE = (106, 60)
 SENSOR = preset("tmf8828-3x3-wide-long")
+ZONE_DELAYS_S = np.array([6, -5, 0, 8, -7, 3, -4, 5, -6]) * 1e-11
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +80,13 @@ def reordered(maps, order):
     return replace(maps, responses=zones.reshape(maps.responses.shape))
 
 
+def turned(maps, degrees):
+    """Footprints turned about the middle of the image, as of a sensor that is mounted askew."""
+    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    x, y = maps.xs - 424, maps.ys - 240
+    return replace(maps, xs=424 + cosine * x - sine * y, ys=240 + sine * x + cosine * y)
+
+
 WRONG = {
     "mirrored": [
         lambda m: replace(m, responses=m.responses[:, ::-1].copy()),
@@ -92,8 +101,10 @@ WRONG = {
         lambda m: reordered(m, (0, 1, 2, 3, 8, 5, 6, 7, 4)),
     ],
     "another rig": [
+        lambda m: turned(m, 12),
         lambda m: replace(m, xs=424 + 1.6 * (m.xs - 424), ys=240 + 1.6 * (m.ys - 240)),
         lambda m: replace(m, xs=424 + 0.6 * (m.xs - 424), ys=240 + 0.6 * (m.ys - 240)),
+        lambda m: replace(m, xs=424 + 1.2 * (m.xs - 424), ys=240 + 1.2 * (m.ys - 240)),
     ],
 }
 
@@ -132,6 +143,42 @@ def test_wrong_maps_are_told(scene, maps, kind, way):
         assert one.values["shift_px"] == pytest.approx([(12, 0), (0, -12)][way], abs=5)
     if kind == "exchanged":
         assert found.departures[0].values["zones"] == [[[1, 2]], [[4, 8]]][way]
+
+
+@pytest.mark.slow
+def test_a_shift_beyond_what_is_tried_at_once_is_one(scene, maps):
+    found = verdict(scene, replace(maps, xs=maps.xs - 34))
+    assert found.kind == "shifted"
+    (one,) = found.departures
+    assert one.values["shift_px"] == pytest.approx((-34, 0), abs=5)
+
+
+def test_a_session_that_drifts_is_compared_at_its_own_times(maps):
+    """A clock that is later by 2 ps every second, in frames a minute apart: 36 mm on average, if nobody knew."""
+    effects = (time_zero_drift.effect.at(rate=2e-12),)
+    views = [View(60.0 * i, image) for i, image in enumerate(rooms(np.random.default_rng(4)))]
+    grid = pinhole(SIZE, 69.4)
+    drifting = replace(SENSOR, effects=effects)
+    stream, _ = simulate(Views(grid, iter(views), len(views), None, {}), maps, drifting, np.random.default_rng(4))
+    recording = stream.collect()
+    known = check(recording, maps, replace(SensorModel.of(recording), effects=effects), np.random.default_rng(0))
+    assert known.kind == "fine"
+    assert known.bias_m == pytest.approx(0, abs=0.005)
+
+
+def test_delays_of_zones_are_not_taken_for_light(maps):
+    """In short range 50 ps are half a bin: shifts of maps are known about as well as without."""
+    depth = 0.4 * rooms(np.random.default_rng(9))
+    views = [View(i / 10, image) for i, image in enumerate(depth)]
+    known = {}
+    for name, effects in (("none", ()), ("delays", (time_zero_offset.effect.at(delay=ZONE_DELAYS_S),))):
+        sensor = replace(preset("tmf8828-3x3-wide-short"), effects=effects)
+        scene = Views(pinhole(SIZE, 69.4), iter(views), len(views), None, {})
+        recording = simulate(scene, maps, sensor, np.random.default_rng(9))[0].collect()
+        found = verdict(recording, maps)
+        assert found.kind == "fine", found.sentence
+        known[name] = max(found.resolution_px)
+    assert known["delays"] < 1.5 * known["none"]
 
 
 @pytest.mark.slow
