@@ -12,8 +12,9 @@ al. 2012), in the zones that see j. A_i keeps surfaces that touch from exchangin
 a disc (Wallace, Elmquist and Haines 1989).
 
 The sums run over patches instead of pixels: the image in at most `CELLS` cells, each cell in two at its mean range, so
-that the two sides of an edge do not mix. The source lights all of the image alike and nothing beyond it. What
-stands between two patches is not looked for: all that face each other exchange light.
+that the two sides of an edge do not mix. The source lights all of the image alike and nothing beyond it, or as the
+zones look: most where all of them together see most. What stands between two patches is not looked for: all that face
+each other exchange light.
 """
 
 from dataclasses import dataclass
@@ -56,14 +57,25 @@ def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndar
 
     Not to be written to: whoever asks for the same again may get the same array.
     """
+    return _bounced(light, footprints, clock, aimed=False)
+
+
+@kept_with_light
+def aimed_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
+    """The same of a source that lights where the zones look, by their summed response over its largest."""
+    return _bounced(light, footprints, clock, aimed=True)
+
+
+def _bounced(light: Light, footprints: Footprints, clock: Clock, aimed: bool) -> np.ndarray:
+    """See `second_bounce` and `aimed_bounce`."""
     lattice, seen = clock.lattice, footprints.seen
     zones = seen[0][1].shape[1]
     offset = (np.broadcast_to(clock.time_zero_s, (light.frames, zones)) - lattice.first_s) / lattice.step_s
     out = np.zeros((light.frames, zones, lattice.size))
 
     def one(i: int) -> None:
-        made = patches(light, i)
         pixels, weights = seen[i % len(seen)]
+        made = patches(light, i, _aim(light, pixels, weights) if aimed else None)
         label = made.label.ravel()[pixels]
         inside = label != OUTSIDE
         received = weights[inside] * light.reflectance[i].ravel()[pixels[inside], None]
@@ -75,8 +87,18 @@ def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndar
     return out
 
 
-def patches(light: Light, frame: int) -> Patches:
-    """The patches of one frame: of pixels that return light directly and whose slope is known."""
+def _aim(light: Light, pixels: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(H, W) how much of the source's light goes there: 1 where zones, by weights (N, P) at pixels, see most."""
+    aim = np.zeros(light.range_m[0].size)
+    aim[pixels] = weights.sum(axis=1)
+    return (aim / max(float(aim.max()), 1e-300)).reshape(light.range_m.shape[1:])
+
+
+def patches(light: Light, frame: int, aim: np.ndarray | None = None) -> Patches:
+    """The patches of one frame: of pixels that return light directly and whose slope is known.
+
+    aim: (H, W) how much of the source's light goes to each pixel; alike to all where None.
+    """
     height, width = light.range_m.shape[1:]
     scale = min(1.0, np.sqrt(CELLS / (height * width)))
     rows, columns = max(1, int(height * scale)), max(1, int(width * scale))
@@ -103,7 +125,7 @@ def patches(light: Light, frame: int) -> Patches:
         np.stack([mean(axis, group, count) for axis in points.T], axis=1),
         area / np.maximum(size, 1e-300)[:, None],
         size,
-        np.bincount(group, reflectance * solid, count),
+        np.bincount(group, reflectance * solid if aim is None else reflectance * solid * aim[lit], count),
     )
 
 

@@ -3,21 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.constants import speed_of_light
-from scipy.signal import fftconvolve
 
-from physics.arrivals import Arrivals, arrivals
-from physics.bounce import second_bounce
-from physics.clock import Clock
+from physics.arrivals import Arrivals
+from physics.bounce import aimed_bounce, second_bounce
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.footprint import Footprints
-from physics.kept import kept_with_light
 from physics.light import Light, Return
-from physics.normals import solid_angles
 from physics.outside_plane import by_way_of_plane
 from physics.rendering import Rendering
 from physics.replicas import replicas
-from physics.workers import in_parallel
+from physics.sensor_face import from_face
 
 
 class Multipath(Effect):
@@ -32,8 +26,8 @@ class Multipath(Effect):
 
     one cosine and 1/π for the light the face catches, one for what it sends. It falls as the square of the signal.
 
-    Between target and sensor the same way again: what falls on the receiver's lens is sent back by what lies in its
-    focus to where it came from, as by a cat's eye, and returns from there once more:
+    Between target and sensor the same way again: what falls on the lens is sent back by what lies in its focus to where
+    it came from, as by a cat's eye, and returns once more:
 
         S'_i = retro · S_i²,   at 4 r_i / c
 
@@ -44,14 +38,20 @@ class Multipath(Effect):
         S' = outside · ρ · cosθ' / |X'|²,   at (r + |X'|) / c
 
     in the zones that see the target. Light that goes the same way the other way round comes in from outside the view,
-    where no zone looks. A matt plane would spread the replica in time; here it stands for a mean of that. The plane
-    stands still: where it is known how the camera moved, it is nearer or farther in every frame.
+    where no zone looks. A matt plane would spread that in time; this is its mean. The plane stands still: where it is
+    known how the camera moved, it is nearer or farther in every frame.
     """
 
     id = "multipath"
     acts_on = "scene"
     sentence = "Light takes a second bounce, so that a weak pulse comes late by a delay that moves with the geometry."
-    forms = (("between",), ("sensor",), ("retro",), ("outside", "outside_distance", "outside_azimuth", "outside_tilt"))
+    forms = (
+        ("between",),
+        ("between", "aimed"),
+        ("sensor",),
+        ("retro",),
+        ("outside", "outside_distance", "outside_azimuth", "outside_tilt"),
+    )
     look_alikes = (
         LookAlike("second_surface", "Step the target in range: a bounce's delay changes, a second surface's stays."),
         LookAlike("impulse_tail", "Show one flat wall from afar: a tail stays, the bounce goes."),
@@ -69,6 +69,15 @@ class Multipath(Effect):
             start=1.0,
             vanishes_at=0.0,
             sentence="Light between two visible surfaces, over what matt ones of the assumed reflectance exchange.",
+        ),
+        Parameter(
+            "aimed",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.0,
+            tries=(1.0,),
+            sentence="Part of the source's light that goes where zones look; the rest lights all of the image alike.",
         ),
         Parameter(
             "sensor",
@@ -139,8 +148,8 @@ class Multipath(Effect):
     def light(self, values: Values, rendering: Rendering) -> Light:
         """More returns of every pixel: by way of the lens, and by way of the plane outside the view."""
         light, more = rendering.light, []
+        direct = light.returns[0]
         if values["retro"]:
-            direct = light.returns[0]
             again = values["retro"] * direct.strength.astype(float) ** 2
             more.append(Return(2 * direct.range_m, again.astype(np.float32)))
         if values["outside"]:
@@ -153,38 +162,14 @@ class Multipath(Effect):
         """What bounces between visible surfaces, and what the sensor's face sends back."""
         total = rendering.arrivals.light
         if values["between"]:
-            bounced = second_bounce(rendering.light, rendering.footprints, rendering.clock)
-            total = total + values["between"] * bounced
+            scene = rendering.light, rendering.footprints, rendering.clock
+            for way, part in ((second_bounce, 1 - values["aimed"]), (aimed_bounce, values["aimed"])):
+                if part:
+                    total = total + values["between"] * part * way(*scene)
         if values["sensor"]:
-            back = _from_face(rendering.light, rendering.footprints, rendering.clock)
+            back = from_face(rendering.light, rendering.footprints, rendering.clock)
             total = total + values["sensor"] / np.pi**2 * back
         return replace(rendering.arrivals, light=total)
-
-
-@kept_with_light
-def _from_face(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
-    """(F, P, J) light that falls on the sensor's face and back on the target, for a face of π² m²; to read only."""
-    lattice = clock.lattice
-    direct = light.returns[0]
-    forward = (1 / np.linalg.norm(light.rays, axis=-1)).astype(np.float32)
-    seen = replace(light, returns=(Return(direct.range_m, direct.strength * forward),))
-    target = arrivals(seen, footprints, clock).light
-    onto_face = solid_angles(light) * forward
-    again = np.empty_like(target)
-
-    def one(i: int) -> None:
-        lit = direct.strength[i] > 0
-        at = direct.range_m[i][lit] * (2 / speed_of_light / lattice.step_s)
-        fallen = (direct.strength[i] * onto_face)[lit]
-        inside = at < lattice.size - 1
-        knot, fallen = at[inside].astype(int), fallen[inside]
-        later = fallen * (at[inside] - knot)
-        delays = np.bincount(knot, fallen - later, lattice.size) + np.bincount(knot + 1, later, lattice.size)
-        # Rounding of the transform must not make light negative.
-        again[i] = np.maximum(fftconvolve(target[i], delays[None], axes=1)[:, : lattice.size], 0)
-
-    in_parallel(one, range(light.frames))
-    return again
 
 
 effect = Multipath()

@@ -55,7 +55,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
 def _between(lit: Lit, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Sensor, surface i, surface j, sensor.
 
-    A source of one unit of light by steradian, seen through i's pixel, puts ΔΩ on i; i scatters ρ of it by Lambert's
+    A source of one unit of light by steradian, seen through i's pixel, puts ΔΩ on i, less where it is aimed at what the
+    zones see; i scatters ρ of it by Lambert's
     law, cosφ/π by steradian. j, turned by φ', is met by what goes into cosφ'/d² steradians of each square metre, and
     sends ρ of that back as any surface does. That i is no point shows near it: photons that leave a disc of area A on
     its axis are met at distance d not with 1/(πd²) but 1/(πd² + A).
@@ -65,6 +66,10 @@ def _between(lit: Lit, world: World, values: Values, rng: np.random.Generator) -
     firsts, seconds = (rng.choice(every, some, replace=False) for _ in range(2))
     stands_for = values["between"] * world.gain * (every / some) ** 2
     seen = lit.weights[:, seconds] * lit.albedo[seconds]
+    looked = lit.weights.sum(axis=0)
+    sent = (
+        lit.albedo * lit.solid_sr * (1 - values["aimed"] + values["aimed"] * looked / world.weights.sum(axis=0).max())
+    )
     pairs = [np.zeros((0, 2), int)]
     for at in range(0, some, ROWS):
         i = firsts[at : at + ROWS]
@@ -74,7 +79,7 @@ def _between(lit: Lit, world: World, values: Values, rng: np.random.Generator) -
         meets = -np.einsum("ijk,jk->ij", way, lit.normal[seconds]) / np.where(apart > 0, apart, 1)
         met = np.clip(leaves, 0, None) * np.clip(meets, 0, None) / (np.pi * apart**2 + lit.area_m2[i, None])
         first, second = np.nonzero(met)
-        mean = stands_for * (lit.albedo * lit.solid_sr)[i][first] * met[first, second] * seen.sum(axis=0)[second]
+        mean = stands_for * sent[i][first] * met[first, second] * seen.sum(axis=0)[second]
         number = rng.poisson(mean)
         pairs.append(np.repeat(np.column_stack([i[first], second]), number, axis=0))
     first, second = np.concatenate(pairs).T

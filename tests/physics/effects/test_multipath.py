@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from physics import bounce
-from physics.bounce import OUTSIDE, patches, second_bounce
+from physics.bounce import OUTSIDE, aimed_bounce, patches, second_bounce
 from physics.clock import Clock
 from physics.effects.multipath import effect
 from physics.footprint import footprints
@@ -114,6 +114,16 @@ def test_a_flat_wall_lights_nothing_and_zones_that_see_nothing_receive_nothing(c
     found = second_bounce(corner.light, half, corner.clock)
     assert found[0, 0].sum() > 0
     assert found[0, 1].sum() == 0
+
+
+def test_a_source_aimed_where_the_zones_look_lights_that_alone(corner, monkeypatch):
+    monkeypatch.setattr(bounce, "CELLS", 10_000)
+    scene = corner.light, corner.footprints, corner.clock
+    np.testing.assert_allclose(aimed_bounce(*scene), second_bounce(*scene), rtol=1e-9, atol=1e-15)
+    # Of the corner's two plates zones see one: nothing else is lit, and one plate alone does not light itself.
+    one = corner.footprints.changed(lambda weights: weights * np.array([1.0, 0])[:, None, None])
+    assert second_bounce(corner.light, one, corner.clock).max() > 1e-6
+    assert aimed_bounce(corner.light, one, corner.clock).max() < 1e-9
 
 
 def test_patches_do_not_hang_between_the_two_sides_of_an_edge(corner):

@@ -55,6 +55,7 @@ STRENGTHS = {
     ],
     "multipath": [
         {"between": 1, "sensor": 0, "outside": 0},
+        {"between": 1, "aimed": 0.7},
         {"between": 0, "sensor": 0.1, "outside": 0},
         {"retro": 0.05},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
