@@ -2,7 +2,7 @@
 
 import numpy as np
 
-# By how much zones of such sensors differ (Delays between zones in ../shared/spec/effects.md).
+# By how much zones of such sensors differ, in order of magnitude.
 SIGMA_S = 5e-11
 # A delay is tried so many standard deviations earlier and later than the best, and found as far beyond by a parabola.
 STEP, FARTHEST = 1.0, 2.0
