@@ -35,7 +35,7 @@ def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:
     begins = chosen.x[: -len(chosen.forms[-1].coordinates)]
 
     def begun(form: Form) -> Descent | None:
-        x = np.concatenate([begins, form.coordinates_of(chosen.settings[-1])])
+        x = np.concatenate([begins, form.coordinates_from(chosen.forms[-1], chosen.settings[-1])])
         try:
             return Descent(train, (*chosen.forms[:-1], form), x, chosen.frame_gain_sigma)
         except Refusal:

@@ -14,6 +14,8 @@ from recordings.refusal import Refusal
 # left out.
 CORE_REACH = 6.0
 TAIL_REACH = 20.0
+# Less of a step than this is nothing, and its square would be too small for a number.
+NARROWEST = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,17 @@ class ImpulseResponse:
         summed = np.concatenate([self.probability, np.zeros(more)]).reshape(-1, steps).sum(axis=1)
         first = float(self.edges[0]) + self.step_s * steps / 2
         return ImpulseResponse(first + self.step_s * steps * np.arange(len(summed)), summed)
+
+    def blurred(self, sigma_s: float) -> "ImpulseResponse":
+        """The response convolved with a normal density; exact at the edges for a response even within its steps."""
+        sigma = max(sigma_s / self.step_s, NARROWEST)
+        reach = int(np.ceil(CORE_REACH * sigma)) + 1
+        at = np.arange(-reach - 1, reach + 2.0)
+        # Integral of the normal cumulative: its second difference is the share of a step that falls into each other.
+        heaped = at * ndtr(at / sigma) + sigma * np.exp(-0.5 * (at / sigma) ** 2) / np.sqrt(2 * np.pi)
+        probability = np.convolve(self.probability, np.maximum(np.diff(heaped, 2), 0))
+        times = self.time_s[0] + self.step_s * np.arange(-reach, len(self.time_s) + reach)
+        return ImpulseResponse(times, probability * (self.probability.sum() / probability.sum()))
 
     def with_tail(self, tail_s: float, share: float) -> "ImpulseResponse":
         """The response where a share of the photons is delayed once more, exponentially with mean `tail_s`.

@@ -118,7 +118,7 @@ def _mean(ratio: np.ndarray) -> np.ndarray:
     return np.where(many > 0, found, 0.0)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def pulses_in_bins(pulse: ImpulseResponse, bins: int, bin_width_s: float) -> np.ndarray:
     """(K, T) share of a pulse in each bin, for K places all over the window; not to be written to."""
     arrivals_s = (np.arange(PLACES_PER_BIN * bins) + 0.5) * bin_width_s / PLACES_PER_BIN

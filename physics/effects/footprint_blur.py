@@ -18,8 +18,9 @@ class FootprintBlur(Effect):
     the image: what would is reflected, and each zone keeps the sum of its map.
 
     Scans with a patch of finite size give maps that are wider than the zones: by a twelfth of its side squared. Then
-    the variance is negative, and maps are sharpened to first order, w − (blurred w − w), not below 0, and brought back
-    to their sum. Their variance falls by as much as is said as long as nothing reaches 0.
+    the variance is negative, and maps are sharpened, w + amount · (w − blurred w), not below 0, and brought back to
+    their sum, or to part of the way. With amount 1, to first order, their variance falls by as much as is said as long
+    as nothing reaches 0.
     """
 
     id = "footprint_blur"
@@ -33,18 +34,35 @@ class FootprintBlur(Effect):
         ),
         LookAlike("footprint_shift", "Let an edge enter the field from either side: a blur is early on both."),
     )
+    forms = (("variance",), ("variance", "amount", "kept"))
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(
             "variance",
             unit="px²",
-            low=-400.0,
+            low=-2500.0,
             high=2500.0,
             start=36.0,
             # What sharpens is no mirror image of what blurs: it cannot go below 0. A patch of 35 px, taken off.
             tries=(36.0, -100.0),
             vanishes_at=0.0,
             sentence="Square of the blur's standard deviation in pixels of the full-size image; negative sharpens.",
+        ),
+        Parameter(
+            "amount",
+            unit="1",
+            low=0.01,
+            high=5.0,
+            start=1.0,
+            sentence="How often what a blur takes away is added, where maps are sharpened.",
+        ),
+        Parameter(
+            "kept",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1.0,
+            sentence="1 where sharpened maps have the sum they had, 0 where what would be below 0 is cut off.",
         ),
     )
 
@@ -53,10 +71,10 @@ class FootprintBlur(Effect):
         variance = values["variance"]
         if variance == 0:
             return rendering.footprints
-        return rendering.footprints.redrawn(lambda table: blurred(table, variance))
+        return rendering.footprints.redrawn(lambda table: blurred(table, variance, values["amount"], values["kept"]))
 
 
-def blurred(table: np.ndarray, variance_px2: float) -> np.ndarray:
+def blurred(table: np.ndarray, variance_px2: float, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
     """(P, Y, X) maps of zones, blurred by a variance in pixels squared; sharpened where it is negative."""
 
     def one(zone: np.ndarray) -> np.ndarray:
@@ -64,9 +82,9 @@ def blurred(table: np.ndarray, variance_px2: float) -> np.ndarray:
         spread = diffused(zone, abs(variance_px2))
         if variance_px2 > 0:
             return spread
-        sharp = np.maximum(2 * zone - spread, 0)
+        sharp = np.maximum(zone + amount * (zone - spread), 0)
         total = sharp.sum()
-        return sharp * (zone.sum() / total) if total > 0 else zone
+        return sharp * (zone.sum() / total) ** kept if total > 0 else zone
 
     return np.stack(in_parallel(one, table))
 

@@ -4,15 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.special import ndtr
 
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.pulse import CORE_REACH, ImpulseResponse
+from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
-
-# Less of a step than this is nothing, and its square would be too small for a number.
-NARROWEST = 1e-9
 
 
 class ImpulseWidth(Effect):
@@ -63,7 +59,7 @@ class ImpulseWidth(Effect):
         if values["broader"] != 0:
             pulse = _stretched(pulse, 1 + values["broader"])
         if values["jitter"] != 0:
-            pulse = _blurred(pulse, values["jitter"])
+            pulse = pulse.blurred(values["jitter"])
         return rendering.clock if pulse is rendering.clock.pulse else replace(rendering.clock, pulse=pulse)
 
 
@@ -76,20 +72,10 @@ def _stretched(pulse: ImpulseResponse, factor: float) -> ImpulseResponse:
     new = edges[0] + step * np.arange(-before, len(edges) + after)
     source = np.clip(mean + (new - mean) / factor, edges[0], edges[-1])
     # Rounding alone could bring a step below 0.
-    probability = np.maximum(np.diff(PchipInterpolator(edges, pulse.edge_cumulative)(source)), 0)
+    with np.errstate(over="ignore"):  # Its mean of slopes, where a step holds next to nothing.
+        cumulative = PchipInterpolator(edges, pulse.edge_cumulative)
+    probability = np.maximum(np.diff(cumulative(source)), 0)
     return ImpulseResponse((new[1:] + new[:-1]) / 2, probability * (total / probability.sum()))
-
-
-def _blurred(pulse: ImpulseResponse, sigma_s: float) -> ImpulseResponse:
-    """The pulse convolved with a normal density; exact at the edges for a response even within its steps."""
-    sigma = max(sigma_s / pulse.step_s, NARROWEST)
-    reach = int(np.ceil(CORE_REACH * sigma)) + 1
-    at = np.arange(-reach - 1, reach + 2.0)
-    # Integral of the normal cumulative: its second difference is the share of a step that falls into each other step.
-    heaped = at * ndtr(at / sigma) + sigma * np.exp(-0.5 * (at / sigma) ** 2) / np.sqrt(2 * np.pi)
-    probability = np.convolve(pulse.probability, np.maximum(np.diff(heaped, 2), 0))
-    times = pulse.time_s[0] + pulse.step_s * np.arange(-reach, len(pulse.time_s) + reach)
-    return ImpulseResponse(times, probability * (pulse.probability.sum() / probability.sum()))
 
 
 effect = ImpulseWidth()

@@ -1,8 +1,13 @@
 """`interference`: another emitter."""
 
+from dataclasses import replace
+from functools import lru_cache
+
 import numpy as np
 
+from physics.clock import Clock
 from physics.effect import Effect, Look, LookAlike, Parameter, Values
+from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
 from physics.roaming import Roaming, clear_evidence, pulses_in_bins, roaming
 from physics.tracks import straight_tracks
@@ -11,6 +16,8 @@ from physics.tracks import straight_tracks
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
 # Evidence from which it is worth a fit: one in four hundred by chance.
 SURE = 12.0
+# Step, in bins, over which it is seen how evidence goes with the width of the pulse.
+WIDER = 0.05
 
 
 class Interference(Effect):
@@ -29,7 +36,12 @@ class Interference(Effect):
         LookAlike("range_aliasing", "Cover the emitter: interference stays, a far target's pulse goes."),
         LookAlike("multipath", "Cover the emitter: interference stays, a second bounce goes."),
     )
-    forms = (("counts", "arrival", "drift"), ("roaming", "present"))
+    forms = (
+        ("counts", "arrival", "drift"),
+        ("counts", "arrival", "drift", "longer"),
+        ("roaming", "present"),
+        ("roaming", "present", "longer"),
+    )
     parameters = (
         Parameter(
             "counts",
@@ -75,11 +87,20 @@ class Interference(Effect):
             start=0.8,
             sentence="Share of the frames that hold a pulse that roams.",
         ),
+        Parameter(
+            "longer",
+            unit="s",
+            low=0.0,
+            high=5e-9,
+            start=0.0,
+            tries=(5e-10,),
+            sentence="Standard deviation by which the other emitter's pulse is longer than the sensor's own, a choice.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """The pulse in the bins, frame by frame; outside the window it is not seen."""
-        clock = rendering.clock
+        clock = _longer(rendering.clock, values["longer"])
         arrival_s = values["arrival"] + values["drift"] * rendering.light.time_s
         shares = clock.pulse.in_bins(arrival_s, clock.bins, clock.bin_width_s)
         steady = rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares[:, None]
@@ -96,13 +117,20 @@ class Interference(Effect):
 
     def look(self, values: Values, rendering: Rendering) -> Look:
         """What it costs not to have known where it was, over all frames."""
-        placed = self._placed(values, rendering)
+        placed, step = self._placed(values, rendering), WIDER * rendering.clock.bin_width_s
         slopes = {"roaming": placed.by_counts, "present": placed.by_present}
+        # A pulse that is no longer does not change with the square root of a variance.
+        slopes["longer"] = np.zeros(len(placed.evidence))
+        if values["longer"]:
+            step = min(step, values["longer"])
+            ends = (self._placed({**values, "longer": values["longer"] + s}, rendering) for s in (-step, step))
+            shorter, longer = (end.evidence / 2 for end in ends)
+            slopes["longer"] = (longer - shorter) / (2 * step)
         return Look(float(placed.flattery.sum()), float(placed.blur.sum()), slopes)
 
     def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
         """A pulse at one place in some of the frames."""
-        clock = rendering.clock
+        clock = _longer(rendering.clock, values["longer"])
         shares = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s)
         frames = len(rendering.expected)
         there = shares[rng.integers(len(shares), size=frames)] * (rng.random(frames) < values["present"])[:, None]
@@ -111,9 +139,8 @@ class Interference(Effect):
     def _placed(self, values: Values, rendering: Rendering) -> Roaming:
         """Where it is in each frame."""
         counts = np.broadcast_to(np.asarray(values["roaming"], float), rendering.recorded.shape[1])
-        return roaming(
-            rendering.recorded, rendering.expected, rendering.background, rendering.clock, counts, values["present"]
-        )
+        clock = _longer(rendering.clock, values["longer"])
+        return roaming(rendering.recorded, rendering.expected, rendering.background, clock, counts, values["present"])
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A pulse that stays where it is comes from the sensor's own laser: another emitter's clock is another."""
@@ -136,6 +163,17 @@ class Interference(Effect):
         alike = int(np.argmax(evidence[:, 0]))
         found = [(evidence[alike, 0], BEGINNINGS[alike]), (evidence[strongest, 1 + best], alone)]
         return [{"roaming": counts, "present": present} for sure, counts in found if sure > SURE]
+
+
+def _longer(clock: Clock, longer_s: float) -> Clock:
+    """The clock with the other emitter's pulse in the place of the sensor's own."""
+    return replace(clock, pulse=_blurred(clock.pulse, float(longer_s))) if longer_s else clock
+
+
+@lru_cache(maxsize=8)
+def _blurred(pulse: ImpulseResponse, sigma_s: float) -> ImpulseResponse:
+    """The same object for the same pulse: what is made of it is kept by it."""
+    return pulse.blurred(sigma_s)
 
 
 effect = Interference()

@@ -15,7 +15,7 @@ from physics.sensor_face import from_face
 
 
 class Multipath(Effect):
-    """Four ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
+    """Five ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
 
     Between two visible surfaces: `physics.bounce`.
 
@@ -40,12 +40,15 @@ class Multipath(Effect):
     in the zones that see the target. Light that goes the same way the other way round comes in from outside the view,
     where no zone looks. A matt plane would spread that in time; this is its mean. The plane stands still: where it is
     known how the camera moved, it is nearer or farther in every frame.
+
+    By way of walls on all sides, as of a corridor: the mean of such planes, |X'| = √(r² + 4 distance²) and θ' = θ.
     """
 
     id = "multipath"
     acts_on = "scene"
     sentence = "Light takes a second bounce, so that a weak pulse comes late by a delay that moves with the geometry."
     forms = (
+        ("around", "around_distance"),
         ("between",),
         ("between", "aimed"),
         ("sensor",),
@@ -98,6 +101,23 @@ class Multipath(Effect):
             sentence="What the receiver's lens sends back to where it came from, over what falls on a square metre.",
         ),
         Parameter(
+            "around",
+            unit="1",
+            low=0.0,
+            high=10.0,
+            start=0.1,
+            vanishes_at=0.0,
+            sentence="What walls on all sides send on, over what mirrors in even light would.",
+        ),
+        Parameter(
+            "around_distance",
+            unit="m",
+            low=0.01,
+            high=10.0,
+            start=0.5,
+            sentence="Distance of these walls from the sensor, wherever it goes.",
+        ),
+        Parameter(
             "outside",
             unit="1",
             low=0.0,
@@ -143,15 +163,20 @@ class Multipath(Effect):
                 away = np.sqrt(one.spacing_m * (one.spacing_m + one.nearest_m / 2 + one.farthest_m / 2))
                 away = float(np.clip(away, distance.low, distance.high))
                 found += [{"outside_distance": away, "outside_azimuth": side} for side in azimuth.tries]
+                found.append({"around_distance": away})
         return found
 
     def light(self, values: Values, rendering: Rendering) -> Light:
-        """More returns of every pixel: by way of the lens, and by way of the plane outside the view."""
+        """More returns of every pixel: by way of the lens, of walls all around, and of the plane outside the view."""
         light, more = rendering.light, []
         direct = light.returns[0]
         if values["retro"]:
             again = values["retro"] * direct.strength.astype(float) ** 2
             more.append(Return(2 * direct.range_m, again.astype(np.float32)))
+        if values["around"]:
+            by_wall = np.hypot(direct.range_m, 2 * values["around_distance"])
+            dimmer = values["around"] * (direct.range_m / np.maximum(by_wall, 1e-9)) ** 2
+            more.append(Return((direct.range_m + by_wall) / 2, (direct.strength * dimmer).astype(np.float32)))
         if values["outside"]:
             plane = (float(values[f"outside_{name}"]) for name in ("distance", "azimuth", "tilt"))
             half_path, strength = by_way_of_plane(light, *plane)

@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import kstest
+import pytest
+from scipy.stats import kstest, norm, poisson
 
-from mismatch.echoes import echoes
+from mismatch.echoes import chance, echoes
 
 
 def looked(simulation, expected):
@@ -42,5 +43,28 @@ def test_a_few_stray_counts_are_no_echo(rig, simulated):
     expected = np.maximum(rig.expected() - 3.0, 0) + 0.01
     dark = replace(simulated(rig.expected()), background=np.full(expected.shape[1], 0.01))
     rng = np.random.default_rng(4)
-    chances = [looked(replace(dark, counts=rng.poisson(expected)), expected)[0].p_value for _ in range(60)]
-    assert kstest(chances, "uniform", alternative="greater").pvalue > 1e-3
+    chances = [[c.p_value for c in looked(replace(dark, counts=rng.poisson(expected)), expected)] for _ in range(60)]
+    for column in np.array(chances).T:
+        assert kstest(column, "uniform", alternative="greater").pvalue > 1e-3
+
+
+@pytest.mark.parametrize(("counts", "mean"), [(9.0, 1.0), (3.0, 0.01), (0.0, 12.0), (150.0, 100.0)])
+def test_the_chance_of_one_cell_is_a_bound_on_poissons_tail_and_near_it(counts, mean):
+    tail = poisson.sf(counts - 1, mean) if counts > mean else poisson.cdf(counts, mean)
+    found = chance(np.array([counts]), np.array([mean]), np.array([2.0]))
+    assert tail <= found < 20 * tail
+    # Only the ratio of weights matters; a weight below 0 exchanges the sides.
+    assert chance(np.array([counts]), np.array([mean]), np.array([-0.3])) == pytest.approx(found, rel=1e-3)
+
+
+def test_the_chance_of_many_bright_cells_is_near_the_normal_laws():
+    rng = np.random.default_rng(5)
+    mean, weights = np.full(4000, 500.0), rng.normal(size=4000)
+    z = 5.0
+    counts = mean + z * weights * np.sqrt(mean / (weights**2).sum()) * 1.0
+    found = chance(counts, mean, weights)
+    assert norm.sf(z) < found < 20 * norm.sf(z)
+
+
+def test_counts_as_expected_have_any_chance():
+    assert chance(np.full(5, 3.0), np.full(5, 3.0), np.arange(5.0)) == 1

@@ -38,6 +38,15 @@ def test_where_nothing_is_left_it_stays_as_it_is(drawn):
     assert refined(train, test, one, FORMS) is one
 
 
+def test_what_is_newly_free_begins_where_its_form_does():
+    roams = next(f for f in FORMS if f.free == ("roaming", "present") and not f.own)
+    longer = next(f for f in FORMS if f.free == ("roaming", "present", "longer") and not f.own)
+    setting = roams.effect.at(roaming=7.0, present=0.4)
+    found = longer.setting(longer.coordinates_from(roams, setting)).values
+    assert [found[n] for n in longer.free] == pytest.approx([7.0, 0.4, longer.start["longer"]])
+    assert longer.start["longer"] > 0
+
+
 @pytest.mark.parametrize("name", ["ambient_pedestal", "range_aliasing", "interference", "impulse_tail"])
 def test_richer_forms_hold_all_that_the_form_has(name):
     form = common(name)

@@ -21,21 +21,26 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     if values["variance"] == 0:
         return world
     how = looking(world)
-    return looking_so(world, replace(how, redrawn=redrawn(how.taken, values["variance"])))
+    return looking_so(
+        world, replace(how, redrawn=redrawn(how.taken, *(values[n] for n in ("variance", "amount", "kept"))))
+    )
 
 
 @lru_cache(maxsize=2)
-def redrawn(maps: ResponseMaps, variance_px2: float) -> np.ndarray:
-    """(P, Y, X) table of maps after walks of this variance; sharpened to first order where it is negative."""
+def redrawn(maps: ResponseMaps, variance_px2: float, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
+    """(P, Y, X) table of maps after walks of this variance; sharpened where it is negative."""
     _, _, counts = table(maps)
-    return strayed(counts, variance_px2) if variance_px2 > 0 else sharpened(counts, -variance_px2)
+    return strayed(counts, variance_px2) if variance_px2 > 0 else sharpened(counts, -variance_px2, amount, kept)
 
 
-def sharpened(counts: np.ndarray, variance_px2: float) -> np.ndarray:
-    """(P, Y, X) counts, farther by their change under walks of this variance; none below 0, sums as they were."""
-    sharp = np.clip(counts - (strayed(counts, variance_px2) - counts), 0, None)
-    kept = counts.sum(axis=(1, 2), dtype=float) / np.maximum(sharp.sum(axis=(1, 2)), np.finfo(float).tiny)
-    return sharp * kept[:, None, None]
+def sharpened(counts: np.ndarray, variance_px2: float, amount: float, kept: float) -> np.ndarray:
+    """(P, Y, X) counts less `amount` times their change under walks of this variance; none below 0.
+
+    Sums are as they were where `kept` is 1, and less of the way back to that where it is less.
+    """
+    sharp = np.clip(counts - amount * (strayed(counts, variance_px2) - counts), 0, None)
+    back = counts.sum(axis=(1, 2), dtype=float) / np.maximum(sharp.sum(axis=(1, 2)), np.finfo(float).tiny)
+    return sharp * back[:, None, None] ** kept
 
 
 def strayed(counts: np.ndarray, variance_px2: float) -> np.ndarray:

@@ -1,5 +1,7 @@
 """`interference`: photons of another emitter."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from physics.effect import Values
@@ -13,5 +15,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     anywhere_s = rng.random() * world.bins * world.bin_width_s
     there = rng.random() < values["present"]
     for counts, arrival_s in ((values["counts"], wandered_s), (np.multiply(values["roaming"], there), anywhere_s)):
-        photons = photons.and_also(pulse_from_elsewhere(world, by_zone(world, counts) * world.boost, arrival_s, rng))
+        more = pulse_from_elsewhere(world, by_zone(world, counts) * world.boost, arrival_s, rng)
+        late = values["longer"] * rng.standard_normal(len(more))
+        photons = photons.and_also(replace(more, time_s=more.time_s + late))
     return photons

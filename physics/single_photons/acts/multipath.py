@@ -43,8 +43,8 @@ class Lit:
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """More photons, of four kinds."""
-    photons = photons.and_also(_by_the_lens(world, values, rng))
+    """More photons, of five kinds."""
+    photons = photons.and_also(_by_the_lens(world, values, rng)).and_also(_by_walls_around(world, values, rng))
     lit = _lit(world)
     for share, way in (("between", _between), ("sensor", _by_the_sensors_face), ("outside", _by_a_plane_outside)):
         if values[share] > 0 and len(lit.pixel):
@@ -111,6 +111,15 @@ def _by_the_lens(world: World, values: Values, rng: np.random.Generator) -> Phot
     sends = np.nan_to_num(world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges**2)
     zone, pixel = many(world.gain * values["retro"] * world.weights * sends * sends, rng)
     return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel], rng)
+
+
+def _by_walls_around(world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Sensor, a wall where it mirrors, surface, sensor: as from a source twice as far aside as the wall."""
+    ranges = np.where(world.range_m > 0, world.range_m, np.nan)
+    far = np.sqrt(ranges**2 + (2 * values["around_distance"]) ** 2)
+    sends = np.nan_to_num(world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / far**2)
+    zone, pixel = many(world.gain * values["around"] * world.weights * sends, rng)
+    return _photons(world, zone, pixel, (far + ranges).ravel()[pixel], rng)
 
 
 def _by_a_plane_outside(lit: Lit, world: World, values: Values, rng: np.random.Generator) -> Photons:

@@ -32,7 +32,7 @@ def scanned(*images):
 
 
 def through(where, variance):
-    changed = effect.footprints({"variance": variance}, Rendering(None, where, None, 1.0))
+    changed = effect.footprints(effect.at(variance=variance).values, Rendering(None, where, None, 1.0))
     return changed.weights * where.scale
 
 
@@ -68,6 +68,16 @@ def test_light_of_footprints_is_kept_up_to_the_edge_of_the_image():
     for variance in (-30.0, 16.0, 900.0):
         sums = through(where, variance).sum(axis=(1, 2))
         np.testing.assert_allclose(sums, through(where, 0.0).sum(axis=(1, 2)), rtol=1e-5)
+
+
+def test_an_unsharp_mask_cuts_off_what_would_be_below_nothing():
+    image = np.random.default_rng(3).uniform(0, 1, SHAPE)
+    # Away from the edges, where scipy's discrete kernel is a Gaussian read at pixels.
+    mask = image + 1.4 * (image - gaussian_filter(image, 3.0, mode="reflect"))
+    found = blurred(image[None], -9.0, amount=1.4, kept=0.0)[0]
+    np.testing.assert_allclose(found, np.maximum(mask, 0), atol=0.02)
+    again = blurred(image[None], -9.0, amount=1.4, kept=0.5)[0]
+    np.testing.assert_allclose(again.sum(), np.sqrt(found.sum() * image.sum()), rtol=1e-9)
 
 
 def test_blurs_follow_each_other_as_one():

@@ -1,5 +1,7 @@
 """Interference against where its pulse's mean must lie, and its sum."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,38 @@ def test_a_pulse_that_roams_is_where_the_recording_has_it(small):
     # Places are half a bin apart.
     assert np.abs(found.argmax(axis=-1) - shares.argmax(axis=-1)[:, None]).max() <= 1
     np.testing.assert_allclose(found.sum(axis=-1), 500, rtol=0.01)
+
+
+def test_a_longer_pulse_has_the_same_mean_and_the_variance_it_is_given(model, small):
+    centres = (np.arange(small.clock.bins) + 0.5) * small.clock.bin_width_s
+
+    def moments(**longer):
+        found = more(model, arrival=5e-9, drift=0.0, **longer)[0, 0]
+        mean = found @ centres / found.sum()
+        return mean, found @ (centres - mean) ** 2 / found.sum()
+
+    (mean, variance), (later, wider) = moments(), moments(longer=6e-10)
+    assert later == pytest.approx(mean, abs=2e-12)
+    assert wider - variance == pytest.approx(3.6e-19, rel=0.02)
+
+
+def test_slopes_of_what_it_saw_are_those_of_its_evidence(small):
+    shares = small.clock.pulse.blurred(5e-10).in_bins(
+        np.array([3e-9, 5e-9, 8e-9]), small.clock.bins, small.clock.bin_width_s
+    )
+    bare = ForwardModel(small.light, small.footprints, small.clock, 4.0).expected(1e3)
+    recorded = np.random.default_rng(1).poisson(bare + 80 * shares[:, None]).astype(float)
+    start = Rendering(small.light, small.footprints, small.clock, 1e3, background=np.full((4, 1), 4.0))
+    seen = replace(start, expected=bare, recorded=recorded)
+
+    def evidence(values):
+        return effect._placed(values, seen).evidence.sum() / 2
+
+    values = effect.at(roaming=60.0, present=0.7, longer=4e-10).values
+    slopes = effect.look(values, seen).slopes
+    for name, step in (("present", 1e-3), ("longer", 1e-11), ("roaming", 0.1)):
+        apart = evidence({**values, name: values[name] + step}) - evidence({**values, name: values[name] - step})
+        assert slopes[name].sum() == pytest.approx(apart / (2 * step), rel=0.1)
 
 
 def test_at_random_it_is_in_a_share_of_the_frames(small):

@@ -184,8 +184,23 @@ def test_it_suggests_planes_by_how_late_the_light_is():
     truth = effect.at(outside=0.3, outside_distance=0.8, outside_azimuth=180)
     excess = model.expected(1e5, [truth]) - nominal
     starts = effect.starts(excess, nominal, Rendering(light, where, clock, 1e5))
-    assert {start["outside_azimuth"] for start in starts} == {0.0, 90.0, 180.0, -90.0}
-    assert min(abs(start["outside_distance"] - 0.8) for start in starts) < 0.2
+    planes = [start for start in starts if "outside_azimuth" in start]
+    assert {start["outside_azimuth"] for start in planes} == {0.0, 90.0, 180.0, -90.0}
+    assert min(abs(start["outside_distance"] - 0.8) for start in planes) < 0.2
+    assert {start["around_distance"] for start in starts if start not in planes} == {
+        start["outside_distance"] for start in planes
+    }
+
+
+def test_walls_all_around_are_a_source_farther_off():
+    light = direct_light(np.full((1, 30, 40), 0.9), pinhole((30, 40)), 0.6)
+    where, clock = sensor_of((30, 40))
+    values = effect.at(around=0.3, around_distance=0.8).values
+    direct, by_wall = effect.light(values, Rendering(light, where, clock, 1.0)).returns
+    straight = direct.range_m
+    far = np.sqrt(straight**2 + 1.6**2)
+    np.testing.assert_allclose(2 * by_wall.range_m, straight + far, rtol=1e-6)
+    np.testing.assert_allclose(by_wall.strength, 0.3 * 0.6 * (0.9 / straight) / far**2, rtol=1e-5)
 
 
 @pytest.mark.parametrize("z", [0.2, 0.4])

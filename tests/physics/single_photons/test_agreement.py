@@ -36,7 +36,7 @@ STRENGTHS = {
         {"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
     ],
-    "footprint_blur": [{"variance": 1600}, {"variance": -400}],
+    "footprint_blur": [{"variance": 1600}, {"variance": -400}, {"variance": -900, "amount": 0.6, "kept": 0.3}],
     "footprint_shift": [{"x": 20, "y": -15}, {"x": -70, "y": 40}],
     "gain_drift": [
         {"rate": 2},
@@ -46,7 +46,10 @@ STRENGTHS = {
     ],
     "impulse_tail": [{"share": 0.5, "tau": 6e-10}, {"share": 0.2, "tau": 3e-9}, {"lingering": 0.3, "duration": 2e-9}],
     "impulse_width": [{"broader": 0.5}, {"broader": -0.4}, {"jitter": 2e-10}, {"broader": 0.3, "jitter": 1e-10}],
-    "interference": [{"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8}],
+    "interference": [
+        {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8},
+        {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8, "longer": 8e-10},
+    ],
     "mirrored_zones": [
         {"rows": 0.6, "columns": 0.3, "transposed": 0.2},
         {"rows": 0, "columns": 1, "transposed": 1},
@@ -58,6 +61,7 @@ STRENGTHS = {
         {"between": 1, "aimed": 0.7},
         {"between": 0, "sensor": 0.1, "outside": 0},
         {"retro": 0.05},
+        {"around": 0.5, "around_distance": 0.4},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.5, "outside_azimuth": 70, "outside_tilt": 30},
     ],
