@@ -10,8 +10,8 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light, Return
 from physics.outside_plane import by_way_of_plane
 from physics.rendering import Rendering
-from physics.replicas import replicas
 from physics.sensor_face import from_face
+from physics.walls_around import by_walls_around, likely_distances
 
 
 class Multipath(Effect):
@@ -154,16 +154,12 @@ class Multipath(Effect):
     )
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Planes on all sides by way of which light is about as late as what is in excess."""
-        distance, azimuth = self.parameter("outside_distance"), self.parameter("outside_azimuth")
+        """Walls and planes on all sides by way of which light is about as late as what is in excess."""
+        sides = self.parameter("outside_azimuth").tries
         found = []
-        for one in replicas(excess, expected, rendering, falloff=2.0):
-            if one.spacing_m > 0:
-                # Straight ahead at r: half of r + √(r² + 4d²) is r + spacing.
-                away = np.sqrt(one.spacing_m * (one.spacing_m + one.nearest_m / 2 + one.farthest_m / 2))
-                away = float(np.clip(away, distance.low, distance.high))
-                found += [{"outside_distance": away, "outside_azimuth": side} for side in azimuth.tries]
-                found.append({"around_distance": away})
+        for away in likely_distances(excess, expected, rendering):
+            found += [{"outside_distance": away, "outside_azimuth": side} for side in sides]
+            found.append({"around_distance": away})
         return found
 
     def light(self, values: Values, rendering: Rendering) -> Light:
@@ -174,9 +170,8 @@ class Multipath(Effect):
             again = values["retro"] * direct.strength.astype(float) ** 2
             more.append(Return(2 * direct.range_m, again.astype(np.float32)))
         if values["around"]:
-            by_wall = np.hypot(direct.range_m, 2 * values["around_distance"])
-            dimmer = values["around"] * (direct.range_m / np.maximum(by_wall, 1e-9)) ** 2
-            more.append(Return((direct.range_m + by_wall) / 2, (direct.strength * dimmer).astype(np.float32)))
+            by_wall = by_walls_around(direct, values["around_distance"])
+            more.append(replace(by_wall, strength=(values["around"] * by_wall.strength).astype(np.float32)))
         if values["outside"]:
             plane = (float(values[f"outside_{name}"]) for name in ("distance", "azimuth", "tilt"))
             half_path, strength = by_way_of_plane(light, *plane)

@@ -187,9 +187,6 @@ def test_it_suggests_planes_by_how_late_the_light_is():
     planes = [start for start in starts if "outside_azimuth" in start]
     assert {start["outside_azimuth"] for start in planes} == {0.0, 90.0, 180.0, -90.0}
     assert min(abs(start["outside_distance"] - 0.8) for start in planes) < 0.2
-    assert {start["around_distance"] for start in starts if start not in planes} == {
-        start["outside_distance"] for start in planes
-    }
 
 
 def test_walls_all_around_are_a_source_farther_off():
