@@ -12,6 +12,8 @@ from physics.effects import all_effects
 
 # Parameters bounded above zero that range over more than this are fitted by their logarithm.
 LOGARITHMIC = 30.0
+# A coordinate of which the value is a root, where it is 0: the value grows infinitely fast there.
+LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,14 +125,29 @@ def unit_of(parameter: Parameter) -> float:
 
 
 def to_coordinate(parameter: Parameter, value: float) -> float:
-    """A coordinate of order one."""
-    return float(np.log(value / parameter.start)) if logarithmic(parameter) else value / unit_of(parameter)
+    """A coordinate of order one, in proportion to which counts change."""
+    if logarithmic(parameter):
+        return float(np.log(value / parameter.start))
+    part = value / unit_of(parameter)
+    return float(part**parameter.power) if parameter.power != 1 else part
 
 
 def to_value(parameter: Parameter, x: float) -> float:
     """The value at a coordinate, within bounds."""
-    value = parameter.start * np.exp(x) if logarithmic(parameter) else x * unit_of(parameter)
+    if logarithmic(parameter):
+        value = parameter.start * np.exp(x)
+    else:
+        value = unit_of(parameter) * (max(x, 0.0) ** (1 / parameter.power) if parameter.power != 1 else x)
     return float(np.clip(value, parameter.low, parameter.high))
+
+
+def slope_of(parameter: Parameter, x: float) -> float:
+    """By how much the value grows for each unit of its coordinate."""
+    if logarithmic(parameter):
+        return abs(to_value(parameter, x))
+    if parameter.power == 1:
+        return unit_of(parameter)
+    return unit_of(parameter) / parameter.power * max(x, LEAST) ** (1 / parameter.power - 1)
 
 
 def bounds(parameter: Parameter) -> tuple[float, float]:

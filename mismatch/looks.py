@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mismatch.form import Form, logarithmic, settings_at, to_value, unit_of
+from mismatch.form import Form, settings_at, slope_of
 from mismatch.noise import FrameGains
 from mismatch.simulation import Simulation
 from physics.effect import Look, Setting
@@ -63,4 +63,4 @@ def _of_coordinate(slopes: dict[str, np.ndarray], parameter, place: int | None, 
     slope = slopes[parameter.name]
     if slope.ndim == 2:
         slope = slope.sum(axis=1) if place is None else slope[:, place]
-    return slope * (to_value(parameter, x) if logarithmic(parameter) else unit_of(parameter))
+    return slope * slope_of(parameter, x)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mismatch.capture import best_capture
 from mismatch.fit import Fit
-from mismatch.form import Form, logarithmic, to_value, unit_of
+from mismatch.form import Form, slope_of, to_value
 from mismatch.gained import gained
 from mismatch.places import significance
 from mismatch.rivals import LEAST_PROBABILITY, Rival, probabilities, rivals
@@ -81,10 +81,9 @@ def estimates(fitted: Fit, form: Form) -> tuple[Estimate, ...]:
     out = []
     for i, (parameter, place) in enumerate(form.coordinates):
         value = to_value(parameter, fitted.x[at + i])
-        size = abs(value) if logarithmic(parameter) else unit_of(parameter)
         sigma = float(np.sqrt(max(fitted.covariance[at + i, at + i], 0)))
         name = parameter.name if place is None else f"{parameter.name}[{place}]"
-        out.append(Estimate(name, value, sigma * size, parameter.unit))
+        out.append(Estimate(name, value, sigma * slope_of(parameter, fitted.x[at + i]), parameter.unit))
     given = (form.effect.parameter(name) for name in form.given)
     return (*out, *(Estimate(p.name, float(form.start[p.name]), 0.0, p.unit) for p in given))
 

@@ -105,7 +105,8 @@ def amplitude_bounds(form: Form, count: int) -> tuple[np.ndarray, np.ndarray]:
     for name in form.strengths:
         parameter = form.effect.parameter(name)
         span = form.start[name] - parameter.vanishes_at
-        ends.append(sorted((end - parameter.vanishes_at) / span for end in (parameter.low, parameter.high)))
+        times = [(end - parameter.vanishes_at) / span for end in (parameter.low, parameter.high)]
+        ends.append(sorted(part if parameter.power == 1 else max(part, 0.0) ** parameter.power for part in times))
     if form.own:
         ends = [(max(e[0] for e in ends), min(e[1] for e in ends))] * count
     low, high = np.array(ends).T
@@ -134,6 +135,8 @@ def start_of(form: Form, amplitude: np.ndarray) -> np.ndarray:
         if parameter.vanishes_at is None:
             continue
         times = amplitude[(place or 0) if form.own else form.strengths.index(parameter.name)]
+        if parameter.power != 1:
+            times = max(times, 0.0) ** (1 / parameter.power)
         value = parameter.vanishes_at + times * (form.begins(parameter.name, place) - parameter.vanishes_at)
         x[i] = to_coordinate(parameter, float(np.clip(value, parameter.low, parameter.high)))
     return x

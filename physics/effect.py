@@ -23,7 +23,8 @@ class Parameter:
     fit begins and what is taken where nothing is said. vanishes_at: the value at which the effect is not there; None
     for parameters that say what it is like. axis: "zone", "bin" or "edge" (that before
     each bin) where each of these may have its own, else None.
-    tries: where else a fit may begin, for what one beginning does not reach. sentence: what it is.
+    tries: where else a fit may begin, for what one beginning does not reach. power: with which of its powers counts
+    change from 0 on, as with the square of a standard deviation. sentence: what it is.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Parameter:
     vanishes_at: float | None = None
     axis: str | None = None
     tries: tuple[float, ...] = ()
+    power: float = 1.0
 
     def checked(self, value: Any, place: str) -> float | np.ndarray:
         """The value as a number, or (P,) numbers; refuses what is none or out of bounds."""

@@ -49,6 +49,7 @@ class ImpulseWidth(Effect):
             high=2e-9,
             start=5e-11,
             vanishes_at=0.0,
+            power=2.0,
             sentence="Standard deviation of a random delay of each photon, beyond that of the pulse.",
         ),
     )

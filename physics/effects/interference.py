@@ -94,6 +94,7 @@ class Interference(Effect):
             high=5e-9,
             start=0.0,
             tries=(5e-10,),
+            power=2.0,
             sentence="Standard deviation by which the other emitter's pulse is longer than the sensor's own, a choice.",
         ),
     )

@@ -39,6 +39,7 @@ class RangeFalloff(Effect):
             start=0.02,
             vanishes_at=0.0,
             axis="zone",
+            power=2.0,
             sentence="Range at which half of the light is caught; centimetres for such optics.",
         ),
         Parameter(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mismatch.form import all_forms, bounds, forms_of, logarithmic, to_coordinate, to_value
+from mismatch.form import all_forms, bounds, forms_of, logarithmic, slope_of, to_coordinate, to_value
 from physics.effects import all_effects, find_effect
 
 STABLE = ("impulse_tail", "time_zero_offset", "ambient_pedestal", "stray_light", "pile_up", "zone_gain")
@@ -44,6 +44,23 @@ def test_times_over_decades_are_fitted_by_their_logarithm_and_strengths_are_not(
     assert not logarithmic(share)
     assert to_coordinate(tau, tau.start * np.e) == pytest.approx(1)
     assert to_coordinate(share, share.vanishes_at) == 0
+
+
+def test_what_sets_in_with_its_square_is_fitted_by_its_square():
+    jitter = find_effect("impulse_width").parameter("jitter")
+    assert to_coordinate(jitter, 2 * jitter.start) == pytest.approx(4)
+    assert to_value(jitter, 9.0) == pytest.approx(3 * jitter.start)
+    assert to_value(jitter, 0.0) == 0
+
+
+@given(st.sampled_from([p for e in all_effects().values() for p in e.parameters]), st.floats(0.1, 3))
+def test_slopes_are_those_of_the_value(parameter, x):
+    low, high = bounds(parameter)
+    x = float(np.clip(x, low + 0.1 * (high - low) if high - low < 1 else low, high - 1e-3 * (high - low)))
+    if not low + 1e-5 < x < high - 1e-5:
+        return
+    apart = to_value(parameter, x + 1e-6) - to_value(parameter, x - 1e-6)
+    assert slope_of(parameter, x) == pytest.approx(apart / 2e-6, rel=1e-3)
 
 
 def test_an_effect_of_zones_is_tried_with_one_value_and_with_one_for_each():

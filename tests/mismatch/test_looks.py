@@ -12,9 +12,9 @@ from mismatch.noise import FrameGains
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
-COMMON, BY_ZONE = sorted(
-    (form for form in forms_of(find_effect("interference"), SIZES) if "roaming" in form.free), key=lambda f: len(f.own)
-)
+FORMS = [form for form in forms_of(find_effect("interference"), SIZES) if "roaming" in form.free]
+COMMON, BY_ZONE = sorted((form for form in FORMS if "longer" not in form.free), key=lambda f: len(f.own))
+LONGER = next(form for form in FORMS if "longer" in form.free and not form.own)
 VALUES = {"roaming": 60.0, "present": 0.7}
 
 
@@ -30,7 +30,7 @@ def disturbed(rig, simulated):
     return simulated(rng.poisson(mean))
 
 
-@pytest.mark.parametrize("form", [COMMON, BY_ZONE], ids=["common", "by zone"])
+@pytest.mark.parametrize("form", [COMMON, BY_ZONE, LONGER], ids=["common", "by zone", "longer"])
 def test_slopes_are_those_of_the_deviance(form, disturbed):
     gains = FrameGains(disturbed, 0.0)
     x = np.concatenate([fit_nominal(disturbed).x, form.beginning({"roaming": 40.0, "present": 0.6}).at_start()])
@@ -58,7 +58,7 @@ def test_a_fit_finds_how_strong_and_how_often(disturbed):
 
 def test_only_pulses_that_roam_look():
     forms = list(forms_of(find_effect("interference"), SIZES))
-    assert {form.free for form in forms if looks(form)} == {("roaming", "present")}
+    assert {form.free for form in forms if looks(form)} == {("roaming", "present"), ("roaming", "present", "longer")}
     assert not looks(next(forms_of(find_effect("impulse_tail"), SIZES)))
 
 

@@ -33,7 +33,7 @@ def redrawn(maps: ResponseMaps, variance_px2: float, amount: float = 1.0, kept: 
     return strayed(counts, variance_px2) if variance_px2 > 0 else sharpened(counts, -variance_px2, amount, kept)
 
 
-def sharpened(counts: np.ndarray, variance_px2: float, amount: float, kept: float) -> np.ndarray:
+def sharpened(counts: np.ndarray, variance_px2: float, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
     """(P, Y, X) counts less `amount` times their change under walks of this variance; none below 0.
 
     Sums are as they were where `kept` is 1, and less of the way back to that where it is less.
