@@ -41,7 +41,7 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
     return [
         wave(excess / np.sqrt(mean_alive)),
         *rhythms,
-        dispersion(counts, mean),
+        dispersion(counts, expected),
         *remainders(counts, mean),
         single,
         late(excess, mean_alive),

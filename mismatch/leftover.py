@@ -19,8 +19,8 @@ from mismatch.windows import worst_window
 def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     """Places of what a fit leaves beyond noise; none where noise explains it."""
     looked = tables(simulation, fitted)
-    mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
-    besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, mean)]
+    mean = FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
+    besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, np.maximum(mean, LEAST))]
     window = worst_window(simulation, mean)
     many = len(looked) + len(besides) + 1
     found: list[Place] = []

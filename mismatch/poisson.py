@@ -26,14 +26,16 @@ def signed(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
 def expected_deviance(expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Mean and variance of the deviance of Poisson counts around `expected`, cell by cell.
 
-    Summed over all counts where few are expected, 1 + 1/(6μ) and 2 + 2/μ·(1/3) beyond (their expansions in 1/μ).
+    Summed over all counts where few are expected, 1 + 1/(6μ) and 2 + 2/μ·(1/3) beyond (their expansions in 1/μ). Below
+    `LEAST`, where deviance is that about `LEAST`, in proportion to how often one count comes.
     """
     mean = np.maximum(expected, LEAST)
     knots, means, variances = _table()
-    at = np.log(np.minimum(mean, MANY))
+    at, dark = np.log(np.minimum(mean, MANY)), np.clip(expected / LEAST, 0, 1)
+    few = 2 * LEAST + dark * (np.interp(at, knots, means) - 2 * LEAST)
     return (
-        np.where(mean < MANY, np.interp(at, knots, means), 1 + 1 / (6 * mean)),
-        np.where(mean < MANY, np.interp(at, knots, variances), 2 + 2 / (3 * mean)),
+        np.where(mean < MANY, few, 1 + 1 / (6 * mean)),
+        np.where(mean < MANY, dark * np.interp(at, knots, variances), 2 + 2 / (3 * mean)),
     )
 
 

@@ -18,22 +18,23 @@ LOOKED_AT = 3.5
 def worst_window(simulation: Simulation, mean: np.ndarray) -> Place:
     """The window of one zone or all, by the tails of the Poisson law. mean: (F, P, T) expected counts.
 
-    Its p-value is corrected for the number of windows, of all lengths in frames and in bins.
+    Its p-value is corrected for the number of windows, of all lengths in frames and in bins. A stray count where none
+    is expected is no misfit: more than expected is judged beside `LEAST` in each cell.
     """
     alive = np.arange(mean.shape[1]) if simulation.dead is None else np.flatnonzero(~simulation.dead)
-    counts, expected = (_from_corner(a[:, alive]) for a in (simulation.counts, mean))
+    sums = [_from_corner(a[:, alive]) for a in (simulation.counts, mean, np.maximum(mean, LEAST))]
     frames, bins = len(mean), mean.shape[2]
     tried, best, where = 0, 0.0, (0, frames, slice(None), 0, bins)
     for long in _lengths(frames):
         for wide in _lengths(bins):
             f, t = (np.arange(0, n - w + 1, max(w // 2, 1)) for n, w in ((frames, long), (bins, wide)))
-            found, due = (_within(corner, f, long, t, wide) for corner in (counts, expected))
+            found, due, most = (_within(corner, f, long, t, wide) for corner in sums)
             tried += found.size
-            far = np.flatnonzero((found - due) ** 2 > LOOKED_AT**2 * np.maximum(due, LEAST))
+            far = np.flatnonzero(np.maximum(due - found, found - most) > LOOKED_AT * np.sqrt(np.maximum(due, LEAST)))
             if not len(far):
                 continue
-            n, m = found.flat[far], np.maximum(due.flat[far], LEAST)
-            tails = np.minimum(poisson.logsf(n - 1, m), poisson.logcdf(n, m))
+            n = found.flat[far]
+            tails = np.minimum(poisson.logsf(n - 1, most.flat[far]), poisson.logcdf(n, due.flat[far]))
             if tails.min() < best:
                 best = float(tails.min())
                 i, p, j = np.unravel_index(far[int(np.argmin(tails))], found.shape)

@@ -37,6 +37,13 @@ def test_photons_scatter_as_photons_do(mean):
     assert kstest(found, "uniform").pvalue > 1e-3
 
 
+def test_dark_bins_do_not_make_counts_scatter_less():
+    mean = np.full((96, 9, 128), 1e-12)
+    mean[..., 20:30] = 30.0
+    seen = np.random.default_rng(7).poisson(mean).astype(float)
+    assert dispersion(seen, mean).p_value > 1e-3
+
+
 def test_counts_that_scatter_more_or_less_are_found():
     mean = np.full(SHAPE, 80.0)
     rng = np.random.default_rng(4)

@@ -31,6 +31,16 @@ def test_mean_and_variance_are_those_of_sums_over_all_counts(mean):
     assert found[1] == pytest.approx((chance * each**2).sum() - first**2, rel=2e-3)
 
 
+@pytest.mark.parametrize("mean", [0.0, 1e-9, 1e-5, 3e-4])
+def test_where_next_to_nothing_is_expected_deviance_is_that_about_the_least(mean):
+    counts = np.arange(6)
+    chance, each = poisson.pmf(counts, mean), by_definition(counts, LEAST)
+    first = (chance * each).sum()
+    found = expected_deviance(np.array(mean))
+    assert found[0] == pytest.approx(first, rel=2e-3)
+    assert found[1] == pytest.approx((chance * each**2).sum() - first**2, rel=2e-2, abs=1e-9)
+
+
 @given(st.integers(0, 1000), st.floats(LEAST, 1e3))
 def test_signed_residuals_square_to_the_deviance_and_point_to_the_counts(counts, mean):
     found = signed(np.array(counts), np.array(mean))

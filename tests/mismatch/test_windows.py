@@ -43,6 +43,16 @@ def test_what_flies_by_is_found_where_it_was(zones, frames, bins):
     assert abs(found.bins[0] - bins[0]) <= 2
 
 
+def test_where_nothing_is_expected_nothing_and_a_stray_count_are_no_misfit():
+    mean = np.full((128, 9, 128), 1e-12)
+    counts = np.zeros(mean.shape)
+    assert worst_window(seen(counts), mean).p_value == 1
+    counts[5, 3, 7] = 1
+    assert worst_window(seen(counts), mean).p_value == 1
+    counts[5, 3, 7] = 9
+    assert worst_window(seen(counts), mean).p_value < 1e-6
+
+
 def test_a_dead_zone_is_not_looked_at():
     mean = np.full(SHAPE, 5.0)
     counts = np.random.default_rng(3).poisson(mean)
