@@ -88,5 +88,13 @@ class RangeWalk(Effect):
         early_s = np.atleast_1d(values["walk"]) * bounded + np.atleast_1d(values["logarithmic"]) * endless
         return rendering.arrivals.delayed(-early_s)
 
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Time zero measured with the faintest, the usual and the brightest of what was recorded."""
+        signal = np.maximum(expected - rendering.background, 0).sum(axis=-1)
+        level, reference = self.parameter("level"), self.parameter("reference")
+        counts = np.clip(np.quantile(signal, (0.02, 0.5, 0.98)), reference.low, reference.high)
+        usual = float(np.clip(counts[1], level.low, level.high))
+        return [{"reference": float(one), "level": at} for one in counts for at in (usual, level.low)]
+
 
 effect = RangeWalk()

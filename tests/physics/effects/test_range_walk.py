@@ -12,6 +12,7 @@ from physics.clock import Clock
 from physics.effects.range_walk import effect
 from physics.nominal import ForwardModel
 from physics.pulse import two_piece_pulse
+from physics.rendering import Rendering
 
 
 def lead(signal, gain=1.0, **values):
@@ -64,3 +65,15 @@ def test_faint_light_stays_and_bright_light_moves_by_a_whole_bin(small):
     nominal = model.expected()
     np.testing.assert_allclose(faint, nominal, atol=1e-6 * nominal.max())
     np.testing.assert_allclose(bright[..., :-3], nominal[..., 1:-2], atol=1e-6 * nominal.max())
+
+
+def test_it_begins_where_time_zero_may_have_been_measured(small):
+    expected = np.zeros((3, 4, 40)) + 2.0
+    expected[..., 10] += np.geomspace(10, 1e5, 12).reshape(3, 4)
+    start = Rendering(small.light, small.footprints, small.clock, 1.0, background=np.full((4, 1), 2.0))
+    references = sorted({one["reference"] for one in effect.starts(expected * 0, expected, start)})
+    assert references[0] < 20
+    assert references[1] == pytest.approx(np.median(np.geomspace(10, 1e5, 12)))
+    assert references[2] > 5e4
+    for one in effect.starts(expected * 0, expected, start):
+        effect.at(walk=1e-11, **one)
