@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from physics.parameter import Parameter
 from physics.rendering import NOUNS, Rendering
 from recordings.refusal import Refusal
 
@@ -13,46 +14,6 @@ from recordings.refusal import Refusal
 STAGES = ("scene", "optics", "time", "detector", "estimator")
 
 Values = Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A number that says how strong an effect is, or what it is like.
-
-    unit: as in sensor files; "1" where it has none. low, high: bounds, both admitted; `start` within them is where a
-    fit begins and what is taken where nothing is said. vanishes_at: the value at which the effect is not there; None
-    for parameters that say what it is like. axis: "zone", "bin" or "edge" (that before
-    each bin) where each of these may have its own, else None.
-    tries: where else a fit may begin, for what one beginning does not reach. power: with which of its powers counts
-    change from 0 on, as with the square of a standard deviation. sentence: what it is.
-    """
-
-    name: str
-    unit: str
-    low: float
-    high: float
-    start: float
-    sentence: str
-    vanishes_at: float | None = None
-    axis: str | None = None
-    tries: tuple[float, ...] = ()
-    power: float = 1.0
-
-    def checked(self, value: Any, place: str) -> float | np.ndarray:
-        """The value as a number, or (P,) numbers; refuses what is none or out of bounds."""
-        try:
-            numbers = np.array(value, float)
-        except (TypeError, ValueError):
-            raise Refusal(f"{place}: {self.name} is {value!r}, expected a number") from None
-        if isinstance(value, bool) or numbers.ndim > (1 if self.axis else 0):
-            many = f" or one for each {self.axis}" if self.axis else ""
-            raise Refusal(f"{place}: {self.name} is {value!r}, expected one number{many}")
-        good = (numbers >= self.low) & (numbers <= self.high)
-        if not good.all():
-            bad = float(np.atleast_1d(numbers)[~np.atleast_1d(good)][0])
-            unit = "" if self.unit == "1" else f" {self.unit}"
-            raise Refusal(f"{place}: {self.name} is {bad:g}, expected {self.low:g} to {self.high:g}{unit}")
-        return float(numbers) if numbers.ndim == 0 else numbers
 
 
 @dataclass(frozen=True)
@@ -86,9 +47,8 @@ class Effect:
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
     takes the parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random
-    numbers,
-    work on all frames at once, are continuous in every parameter, and leave the field as it was where the parameters
-    vanish. One that mixes frames says how far it looks by `reach`.
+    numbers, work on all frames at once, are continuous in every parameter, and leave the field as it was where the
+    parameters vanish. One that mixes frames says how far it looks by `reach`.
     """
 
     id: ClassVar[str]

@@ -12,7 +12,9 @@ from physics.rendering import Rendering
 
 
 class ImpulseWidth(Effect):
-    """The impulse response is stretched about its mean time by the factor 1 + broader, then blurred by `jitter`.
+    """The impulse response is stretched by the factor 1 + broader, then blurred by `jitter`.
+
+    About its mean time, or about the nominal arrival, which need not be its mean, or anything between.
 
     Its cumulative, monotone cubic between the edges of the steps, is read at the steps' own spacing: all light is
     kept, and bins that held whole steps still do. Jitter of laser or clock delays each photon by a normal deviate of
@@ -31,7 +33,7 @@ class ImpulseWidth(Effect):
         ),
         LookAlike("counter_saturation", "Step away from the target: a wide pulse stays wide, a flat top goes."),
     )
-    forms = (("broader",), ("jitter",))
+    forms = (("broader",), ("broader", "centred"), ("jitter",))
     parameters = (
         Parameter(
             "broader",
@@ -41,6 +43,15 @@ class ImpulseWidth(Effect):
             start=0.2,
             vanishes_at=0.0,
             sentence="By what part of its width the pulse is broader, narrower where negative.",
+        ),
+        Parameter(
+            "centred",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1.0,
+            tries=(0.0,),
+            sentence="1 where a broader pulse keeps its mean time, 0 where it keeps its nominal arrival.",
         ),
         Parameter(
             "jitter",
@@ -58,16 +69,16 @@ class ImpulseWidth(Effect):
         """The same clock with the pulse stretched and blurred."""
         pulse = rendering.clock.pulse
         if values["broader"] != 0:
-            pulse = _stretched(pulse, 1 + values["broader"])
+            pulse = _stretched(pulse, 1 + values["broader"], values["centred"])
         if values["jitter"] != 0:
             pulse = pulse.blurred(values["jitter"])
         return rendering.clock if pulse is rendering.clock.pulse else replace(rendering.clock, pulse=pulse)
 
 
-def _stretched(pulse: ImpulseResponse, factor: float) -> ImpulseResponse:
-    """The pulse `factor` times as wide about its mean, on steps of the same width and places."""
+def _stretched(pulse: ImpulseResponse, factor: float, centred: float) -> ImpulseResponse:
+    """The pulse `factor` times as wide about so much of its mean, on steps of the same width and places."""
     step, edges, total = pulse.step_s, pulse.edges, pulse.edge_cumulative[-1]
-    mean = float(pulse.time_s @ pulse.probability) / total
+    mean = centred * float(pulse.time_s @ pulse.probability) / total
     ends = mean + factor * (edges[[0, -1]] - mean)
     before, after = (max(0, int(np.ceil(n))) for n in ((edges[0] - ends[0]) / step, (ends[1] - edges[-1]) / step))
     new = edges[0] + step * np.arange(-before, len(edges) + after)

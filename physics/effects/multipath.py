@@ -48,11 +48,11 @@ class Multipath(Effect):
     acts_on = "scene"
     sentence = "Light takes a second bounce, so that a weak pulse comes late by a delay that moves with the geometry."
     forms = (
-        ("around", "around_distance"),
         ("between",),
         ("between", "aimed"),
         ("sensor",),
         ("retro",),
+        ("around", "around_distance"),
         ("outside", "outside_distance", "outside_azimuth", "outside_tilt"),
     )
     look_alikes = (

@@ -9,8 +9,8 @@ from physics.single_photons.world import Photons, World
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
-    """The same steps of the pulse, each as much farther from the mean and as much wider."""
-    mean = np.average(world.pulse_time_s, weights=world.pulse)
+    """The same steps of the pulse, each as much farther from the mean, or from 0, and as much wider."""
+    mean = values["centred"] * np.average(world.pulse_time_s, weights=world.pulse)
     return replace(world, pulse_time_s=mean + (1 + values["broader"]) * (world.pulse_time_s - mean))
 
 

@@ -20,9 +20,9 @@ def gaussian():
     return ImpulseResponse((edges[1:] + edges[:-1]) / 2, probability / probability.sum())
 
 
-def stretched(pulse, broader, jitter=0.0):
+def stretched(pulse, broader, jitter=0.0, centred=1.0):
     start = Rendering(None, None, Clock(0.4e-9, 60, np.zeros(1), pulse), 1.0)
-    return effect.clock(effect.at(broader=broader, jitter=jitter).values, start).pulse
+    return effect.clock(effect.at(broader=broader, jitter=jitter, centred=centred).values, start).pulse
 
 
 @pytest.mark.parametrize("broader", [-0.6, -0.1, 1e-3, 0.5, 3.0])
@@ -32,6 +32,14 @@ def test_a_gaussian_stays_one(broader):
     # Between its steps' edges a response is spread evenly: the bow of the narrowest Gaussian within a step.
     atol = (STEP / (SIGMA * (1 + broader))) ** 2 / 8 * 0.25 + 1e-4
     np.testing.assert_allclose(stretched(gaussian(), broader).cumulative(times), closed, atol=atol)
+
+
+@pytest.mark.parametrize("centred", [0.0, 0.3])
+def test_about_the_nominal_arrival_the_mean_moves_too(centred):
+    times = np.linspace(-2e-9, 2e-9, 300)
+    pivot = centred * MEAN
+    closed = norm.cdf(times, loc=pivot + 1.5 * (MEAN - pivot), scale=1.5 * SIGMA)
+    np.testing.assert_allclose(stretched(gaussian(), 0.5, centred=centred).cumulative(times), closed, atol=1e-3)
 
 
 @given(broader=st.floats(-0.5, 4))

@@ -45,7 +45,12 @@ STRENGTHS = {
         {"rate": 4, "curve": -10, "background": 0.5},
     ],
     "impulse_tail": [{"share": 0.5, "tau": 6e-10}, {"share": 0.2, "tau": 3e-9}, {"lingering": 0.3, "duration": 2e-9}],
-    "impulse_width": [{"broader": 0.5}, {"broader": -0.4}, {"jitter": 2e-10}, {"broader": 0.3, "jitter": 1e-10}],
+    "impulse_width": [
+        {"broader": 0.5},
+        {"broader": -0.4, "centred": 0.2},
+        {"jitter": 2e-10},
+        {"broader": 0.3, "jitter": 1e-10},
+    ],
     "interference": [
         {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8},
         {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8, "longer": 8e-10},
