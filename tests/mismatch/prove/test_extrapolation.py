@@ -27,4 +27,4 @@ def test_physics_holds_beyond_where_it_was_fitted_and_a_black_box_does_not():
     # Both take most of the misfit away where they were fitted.
     assert max(near["physics"], near["black_box"]) < 1 + 0.1 * (near["nominal"] - 1)
     assert far["physics"] == pytest.approx(found.noise[1], abs=0.04)
-    assert far["black_box"] > far["physics"] + 0.1
+    assert far["black_box"] > far["physics"] + 0.05
