@@ -17,6 +17,7 @@ from mismatch.located import locate_effects
 from mismatch.looks import blur
 from mismatch.naming import contested, name_effects, next_measurement
 from mismatch.noise import frame_gain_sigma
+from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
 from mismatch.selection import Round, select
 from mismatch.simulation import Simulation
@@ -64,7 +65,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     train, test = simulation.of(chosen), simulation.of(held)
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
     rounds = select(train, test, forms)
-    judged, contests = contested(train, test, rounds[-1].before, rounds)
+    judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
     # All frames tell better than those that chose how much the gain fluctuates; what is left is judged by that.
     sigma = frame_gain_sigma(simulation, expected_at(simulation, judged.forms, judged.x))
     nominal = fit_nominal(simulation, sigma)
@@ -85,6 +86,9 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     doubted = doubts(simulation, judged, effects)
     if doubted or (left and not (judged.forms and (small or remains < NEGLIGIBLE * won))):
         kind = "unknown"
+    if kind != "agrees":
+        outside = told_outside(simulation, train, test, judged, beside=kind == "unknown")
+        kind, doubted = "unknown" if outside else kind, (*doubted, *outside)
     verdict = Verdict(
         verdict=kind,
         located=locate_effects(simulation, explained, effects) if judged.forms else left,

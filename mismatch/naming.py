@@ -27,11 +27,13 @@ class Contest:
     chances: tuple[float, ...]
 
 
-def contested(train: Simulation, test: Simulation, judged: Fit, rounds: list[Round]) -> tuple[Fit, list[Contest]]:
-    """The fit with the likeliest effect in each place, and the contest for each."""
+def contested(
+    train: Simulation, test: Simulation, judged: Fit, rounds: list[Round], forms: list[Form]
+) -> tuple[Fit, list[Contest]]:
+    """The fit with the likeliest effect in each place, and the contest for each. forms: all that effects may have."""
     contests = []
     for form in judged.forms:
-        found = rivals(train, test, judged, form, rounds)
+        found = rivals(train, test, judged, form, rounds, forms)
         judged = found[0].fit
         contests.append(Contest(found[0].form, tuple(found), tuple(probabilities(found))))
     return judged, contests

@@ -30,6 +30,13 @@ def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form])
     return chosen
 
 
+def enriched(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
+    """A fit with its last effect in the richest of its forms that earns its price on the frames that choose."""
+    found = _best(train, fitted, list(richer(fitted.forms[-1], forms)))
+    better = found is not None and found.deviance + cost(train, found) < fitted.deviance + cost(train, fitted)
+    return found if better else fitted
+
+
 def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:
     """The best by Schwarz's criterion with the last effect in one of these forms, begun where it is."""
     begins = chosen.x[: -len(chosen.forms[-1].coordinates)]

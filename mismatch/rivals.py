@@ -7,13 +7,15 @@ import numpy as np
 from mismatch.candidates import Candidate, cost
 from mismatch.fit import Fit, fit, on_others
 from mismatch.form import Form
+from mismatch.refined import enriched
 from mismatch.score import start_of
 from mismatch.selection import Round, coordinates
 from mismatch.simulation import Simulation
 from recordings.refusal import Refusal
 
-# Rivals that are worse by more deviance than this are not worth a fit.
-CLOSE = 60.0
+# Rivals that are worse by more deviance than this, and by more than this part of what the best gains, are not worth a
+# fit: their richer forms, or effects that came beside it later, may make up for less. So many effects are tried.
+CLOSE, CLOSE_PART, TRIED = 60.0, 0.2, 4
 LEAST_PROBABILITY = 1e-3
 
 
@@ -33,8 +35,13 @@ def evidence(train: Simulation, test: Simulation, fitted: Fit) -> float:
     return -(fitted.deviance + cost(train, fitted) + on_others(test, fitted)[1])
 
 
-def rivals(train: Simulation, test: Simulation, now: Fit, form: Form, rounds: list[Round]) -> list[Rival]:
-    """The effect of `form` in a fit, and those that may stand in its place, the likeliest first."""
+def rivals(
+    train: Simulation, test: Simulation, now: Fit, form: Form, rounds: list[Round], forms: list[Form]
+) -> list[Rival]:
+    """The effect of `form` in a fit, and those that may stand in its place, the likeliest first.
+
+    forms: all that effects may have.
+    """
     found = [Rival(form, now, evidence(train, test, now))]
     others = [other for other in now.forms if other is not form]
     taken = {other.effect.id for other in others}
@@ -54,7 +61,16 @@ def rivals(train: Simulation, test: Simulation, now: Fit, form: Form, rounds: li
         name = rival.form.effect.id
         if name not in best or rival.evidence > best[name].evidence:
             best[name] = rival
-    return sorted(best.values(), key=lambda rival: -rival.evidence)
+    # The one that was chosen has been tried in richer forms.
+    richer = [_richer(train, test, rival, forms) for rival in best.values() if rival is not found[0]]
+    return sorted([found[0], *richer], key=lambda rival: -rival.evidence)
+
+
+def _richer(train: Simulation, test: Simulation, rival: Rival, forms: list[Form]) -> Rival:
+    """A rival in a richer form of its own, where that is likelier."""
+    fitted = enriched(train, rival.fit, forms)
+    other = Rival(fitted.forms[-1], fitted, evidence(train, test, fitted))
+    return max(rival, other, key=lambda one: one.evidence)
 
 
 def _close(rounds: list[Round], form: Form) -> list[Candidate]:
@@ -62,8 +78,11 @@ def _close(rounds: list[Round], form: Form) -> list[Candidate]:
     for one in rounds:
         # It may have taken a richer form since.
         if one.chosen is not None and one.chosen.form.effect.id == form.effect.id:
-            best = min(c.criterion + c.heldout for c in one.candidates)
-            return [c for c in one.candidates if c.criterion + c.heldout < best + CLOSE]
+            ordered = sorted(one.candidates, key=lambda c: c.criterion + c.heldout)
+            best = ordered[0].criterion + ordered[0].heldout
+            near = best + max(CLOSE, CLOSE_PART * 2 * one.chosen.observed)
+            effects = list(dict.fromkeys(c.form.effect.id for c in ordered))[: 1 + TRIED]
+            return [c for c in ordered if c.criterion + c.heldout < near and c.form.effect.id in effects]
     return []
 
 

@@ -6,6 +6,9 @@ from scipy.signal import lfilter
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
+# Traps hold carriers for nanoseconds and more; what comes sooner, without a hold-off, is rather the pulse's own tail.
+SOONEST_S = 1.5e-9
+
 
 class Afterpulsing(Effect):
     """Each event is followed by another with some probability, an exponentially distributed time later.
@@ -40,10 +43,10 @@ class Afterpulsing(Effect):
         Parameter(
             "tau",
             unit="s",
-            low=1e-9,
+            low=2e-10,
             high=1e-6,
             start=5e-9,
-            tries=(2e-9, 5e-9, 2e-8),
+            tries=(5e-10, 2e-9, 5e-9, 2e-8),
             sentence="Mean delay of an afterpulse, after the hold-off.",
         ),
         Parameter(
@@ -56,6 +59,10 @@ class Afterpulsing(Effect):
             sentence="How long after an event's bin none is released or counted.",
         ),
     )
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """An echo at once that is over in a nanosecond is a tail of the pulse."""
+        return values["probability"] > 0 and values["tau"] < SOONEST_S and values["dead"] < rendering.clock.bin_width_s
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts and their echo."""

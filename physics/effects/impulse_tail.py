@@ -6,6 +6,9 @@ from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
+# Carriers have diffused, and lasers turned off, within this; what falls more slowly is rather released by traps.
+SLOWEST_S = 2e-9
+
 
 class ImpulseTail(Effect):
     """Photons are registered late: by an exponentially distributed delay, as carriers diffuse, or evenly up to an end.
@@ -64,6 +67,10 @@ class ImpulseTail(Effect):
             sentence="Time after which it stops.",
         ),
     )
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A tail of many nanoseconds is an echo of the detector's."""
+        return values["share"] > 0 and values["tau"] > SLOWEST_S
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The pulse, delayed in part."""

@@ -16,6 +16,10 @@ from physics.tracks import straight_tracks
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
 # Evidence from which it is worth a fit: one in four hundred by chance.
 SURE = 12.0
+# Pulses of rangers are over in this, as a standard deviation, seconds; what is longer is hardly a pulse.
+LONGEST_S = 3e-9
+# Two clocks are never so alike that a pulse wanders by less than this in a session, in bins.
+STAYS_BINS = 0.5
 # Step, in bins, over which it is seen how evidence goes with the width of the pulse.
 WIDER = 0.05
 
@@ -111,6 +115,12 @@ class Interference(Effect):
             return steady + self._placed(values, rendering).added
         anywhere = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s).mean(axis=0)
         return steady + values["present"] * np.atleast_1d(values["roaming"])[:, None] * anywhere
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A pulse that stays where it is, or is a level that changes along the histogram rather than a pulse."""
+        wandered_s = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
+        stays = bool(np.any(values["counts"])) and wandered_s < STAYS_BINS * rendering.clock.bin_width_s
+        return stays or values["longer"] > LONGEST_S
 
     def looks(self, values: Values) -> bool:
         """Whether its pulse roams."""

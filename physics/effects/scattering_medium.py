@@ -11,6 +11,9 @@ from physics.intervals import best_interval
 from physics.light import Light, Return
 from physics.rendering import Rendering
 
+# What ends so near to the sensor, metres, is its own window.
+WINDOW_M = 0.05
+
 
 class ScatteringMedium(Effect):
     """A medium of extinction α: light from range R is less by exp(-2αL), and air before it sends light back.
@@ -94,6 +97,10 @@ class ScatteringMedium(Effect):
         passed = np.exp(-2 * alpha * np.clip(ranges - values["begin"], 0, values["thickness"]))
         layers = values["albedo"] * alpha / 4 * _layers(values, rendering, ranges)
         return replace(surfaces, light=passed * (surfaces.light + layers * _open_air(rendering, ranges)))
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A layer that ends at the sensor's own glass is that glass."""
+        return bool(np.any(values["extinction"])) and values["begin"] + values["thickness"] < WINDOW_M
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The layer whose backscatter explains most of an excess."""

@@ -62,10 +62,11 @@ def test_estimates_are_in_the_units_of_their_parameters(drawn):
 
 def test_only_the_cause_is_selected_and_named(parts):
     simulation, train, test = parts
-    rounds = select(train, test, forms("ambient_pedestal", "stray_light", "impulse_tail", "zone_gain"))
+    tried = forms("ambient_pedestal", "stray_light", "impulse_tail", "zone_gain")
+    rounds = select(train, test, tried)
     assert rounds[0].chosen is not None
     assert rounds[-1].chosen is None
-    judged, contests = contested(train, test, rounds[-1].before, rounds)
+    judged, contests = contested(train, test, rounds[-1].before, rounds, tried)
     assert [form.effect.id for form in judged.forms] == ["ambient_pedestal"]
     explained = fit(simulation, judged.forms, judged.x, judged.frame_gain_sigma)
     (named,) = name_effects(train, test, judged, contests, explained, rounds[0].tried)

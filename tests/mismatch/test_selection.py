@@ -24,13 +24,14 @@ def test_rivals_are_looked_for_although_the_form_grew_richer(drawn):
     simulation = drawn(5, "impulse_tail", share=0.1, tau=4e-10)
     train, test = simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
     names = ("impulse_tail", "afterpulsing", "time_zero_offset")
-    rounds = select(train, test, [form for name in names for form in forms_of(find_effect(name), SIZES)])
+    forms = [form for name in names for form in forms_of(find_effect(name), SIZES)]
+    rounds = select(train, test, forms)
     assert rounds[0].chosen.form.effect.id == "impulse_tail"
     (form, *_) = forms_of(find_effect("impulse_tail"), SIZES)
     now = fit(train, (form,), np.concatenate([fit_nominal(train).x, form.at_start()]))
     # The same effect, but not the form that the round chose.
     assert form is not rounds[0].chosen.form
-    found = [rival.form.effect.id for rival in rivals(train, test, now, form, rounds)]
+    found = [rival.form.effect.id for rival in rivals(train, test, now, form, rounds, forms)]
     close = {c.form.effect.id for c in rounds[0].candidates}
     assert found[0] == "impulse_tail"
     assert set(found) <= close

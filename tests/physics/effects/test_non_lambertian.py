@@ -72,6 +72,13 @@ def test_a_power_of_the_cosine_is_minnaerts_law(power):
     np.testing.assert_allclose(seen(light, power=power)[0], np.nan_to_num(closed), rtol=1e-4)
 
 
+def test_a_varnish_shines_alike_on_dark_and_bright():
+    reflectance = np.linspace(0.05, 1, 24 * 32).reshape(1, 24, 32)
+    light = direct_light(np.ones((1, 24, 32)), INTRINSICS, reflectance, np.full((1, 24, 32), 0.8))
+    added = (seen(light, lobe=0.6, exponent=3, varnish=1) - light.returns[0].strength) * light.range_m**2
+    np.testing.assert_allclose(added, 0.6 * 0.5 * 0.8**3, rtol=1e-4)
+
+
 def test_one_surface_may_be_glossy_and_the_others_matt():
     """A bar before a wall, both of the same incidence: with a lobe as with all surfaces, or as without."""
     bar = np.broadcast_to(np.abs(np.arange(32) - 14) < 5, (1, 24, 32))

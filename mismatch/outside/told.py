@@ -1,0 +1,74 @@
+"""Whether a cause outside the library fits better than names of the library do."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mismatch.candidates import price
+from mismatch.descent import Descent
+from mismatch.fit import Fit, reached
+from mismatch.form import Form, forms_of
+from mismatch.outside.causes import all_outside
+from mismatch.places import Place, wherever
+from mismatch.race import race
+from mismatch.ranking import ranked
+from mismatch.rivals import evidence
+from mismatch.score import Score, start_of
+from mismatch.selection import without
+from mismatch.simulation import Simulation
+
+# Twice the logarithm of the odds that a cause outside must have over the names it would replace: e to 1.
+ODDS = 2.0
+# One that promises less than this part of what the names gain cannot come near; so many are fitted.
+PROMISING, FITTED = 0.5, 3
+
+
+def told_outside(
+    whole: Simulation, train: Simulation, test: Simulation, judged: Fit, *, beside: bool
+) -> tuple[Place, ...]:
+    """The cause outside the library that fits better than names of a fit do in their place; none, where none does.
+
+    It is a misfit of the whole recording that has no place. beside: whether it may come beside all names as well.
+    """
+    mine, best, said = evidence(train, test, judged), ODDS, ""
+    for replaced, less in _lessened(train, judged):
+        if not (replaced or beside):
+            continue
+        for other in _outside(train, less, judged):
+            won = evidence(train, test, other) - mine
+            if won > best:
+                names = " and ".join(form.effect.id for form in replaced)
+                stand = "stand" if len(replaced) > 1 else "stands"
+                whose = f"{names} {stand} in for something else: it" if names else "what is left"
+                verb = "fits better" if names else "is less"
+                told = other.forms[-1].effect.sentence
+                best, said = won, f"{whose} {verb}, by {won:.0f} in deviance, if {told}"
+    return (wherever(whole, float(np.exp(-best / 2)), said),) if said else ()
+
+
+def _lessened(train: Simulation, judged: Fit) -> Iterator[tuple[tuple[Form, ...], Fit]]:
+    """Names that may be replaced, and the fit without them: none, each, and all of several."""
+    yield (), judged
+    less = judged
+    for form in judged.forms:
+        yield (form,), without(train, judged, form)
+        less = without(train, less, form)
+    if len(judged.forms) > 1:
+        yield judged.forms, less
+
+
+def _outside(train: Simulation, less: Fit, judged: Fit) -> list[Fit]:
+    """Fits with a cause outside the library beside those of `less`."""
+    sizes = {"zone": train.counts.shape[1], "bin": train.counts.shape[2]}
+    forms = [form for effect in all_outside().values() for form in forms_of(effect, sizes)]
+    scores, _ = ranked(train, less, forms)
+    least = max(PROMISING * (less.deviance - judged.deviance), ODDS)
+    best = sorted((s for s in scores if s.gain > least), key=lambda s: -s.gain)[:FITTED]
+
+    def begun(found: Score) -> Descent:
+        x = np.concatenate([less.x, start_of(found.form, found.amplitude)])
+        return Descent(train, (*less.forms, found.form), x, judged.frame_gain_sigma)
+
+    descents = train.each(begun, best)
+    race(descents, [price(train) * len(descent.x) for descent in descents])
+    return [reached(descent) for descent in descents]

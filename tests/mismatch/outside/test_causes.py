@@ -1,0 +1,130 @@
+"""Each cause outside the library against arithmetic of its own."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from mismatch.outside.causes import all_outside
+from physics.clock import Clock
+from physics.effects import all_effects
+from physics.footprint import footprints
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+from physics.pulse import tailed_pulse
+from physics.rendering import Rendering
+
+from ..conftest import BACKGROUND, BINS, INTRINSICS, WIDTH_S, depths
+
+CAUSES = all_outside()
+FRAMES = 6
+
+
+@pytest.fixture(scope="module")
+def scene(maps):
+    """A model without effects, and what it starts from."""
+    light = direct_light(depths(FRAMES), INTRINSICS, time_s=np.arange(FRAMES) / 15)
+    pulse = tailed_pulse(0.2e-9, 0.3e-9, 0.4e-9, 0.1, step_s=WIDTH_S / 16)
+    clock = Clock(WIDTH_S, BINS, np.full(4, 2e-9), pulse)
+    model = ForwardModel(light, footprints(maps, light.range_m.shape[1:]), clock, BACKGROUND)
+    return model, light, clock
+
+
+def changed(model, name, **values):
+    """Counts at a gain of 1000 with a cause."""
+    return model.expected(1000.0, (CAUSES[name].at(**values),))
+
+
+def test_none_has_a_name_of_the_library():
+    assert not CAUSES.keys() & all_effects().keys()
+    assert {"frame_average", "early_pulse", "depth_error"} <= CAUSES.keys()
+
+
+@pytest.mark.parametrize("name", CAUSES)
+def test_where_it_vanishes_nothing_changes(scene, name):
+    model, *_ = scene
+    np.testing.assert_array_equal(model.expected(1000.0, (CAUSES[name].vanished(),)), model.expected(1000.0))
+
+
+@pytest.mark.parametrize("name", CAUSES)
+def test_a_little_of_it_changes_a_little(scene, name):
+    model, *_ = scene
+    effect, nothing = CAUSES[name], model.expected(1000.0)
+    (strength, *_) = [n for n in effect.forms[0] if effect.parameter(n).vanishes_at is not None]
+    start = effect.parameter(strength).start
+    whole, part = (np.abs(changed(model, name, **{strength: start * s}) - nothing).max() for s in (1.0, 0.01))
+    assert 0 < part < 0.1 * whole
+
+
+def test_a_recursive_filter(scene):
+    model, *_ = scene
+    plain = model.expected(1000.0)
+    # Begun as if the first frame had been shown for ever.
+    oracle = lfilter([0.7], [1, -0.3], plain, axis=0, zi=0.3 * plain[:1])[0]
+    np.testing.assert_allclose(changed(model, "frame_average", share=0.3), oracle, rtol=1e-12)
+
+
+def test_a_stale_frame(scene):
+    model, *_ = scene
+    plain, found = model.expected(1000.0), changed(model, "stale_frame", share=0.2, age=2)
+    np.testing.assert_allclose(found[5], 0.8 * plain[5] + 0.2 * plain[3], rtol=1e-12)
+    np.testing.assert_allclose(found[1], 0.8 * plain[1] + 0.2 * plain[0], rtol=1e-12)
+
+
+def test_an_early_pulse_comes_whole_bins_before(scene):
+    model, *_ = scene
+    light = model.expected(1000.0) - BACKGROUND[:, None]
+    found = changed(model, "early_pulse", part=0.1, ahead=3 * WIDTH_S) - BACKGROUND[:, None]
+    np.testing.assert_allclose(found[..., :-3], light[..., :-3] + 0.1 * light[..., 3:], atol=1e-9 * light.max())
+
+
+def test_depth_that_errs_with_its_square(scene, maps):
+    model, light, clock = scene
+    found = changed(model, "depth_error", error=0.05)
+    true = light.range_m * (1 + 0.05 * light.range_m)
+    scale = np.linalg.norm(light.rays, axis=-1)
+    # The same surfaces, seen at the same angles.
+    moved = direct_light(true / scale, INTRINSICS, cosine=light.cosine, time_s=light.time_s)
+    there = ForwardModel(moved, footprints(maps, true.shape[1:]), clock, BACKGROUND)
+    np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
+
+
+def test_times_that_scatter_in_proportion_to_range(scene):
+    model, _, clock = scene
+    light = model.expected(1000.0) - BACKGROUND[:, None]
+    found = changed(model, "range_jitter", rate=0.02) - BACKGROUND[:, None]
+    bins = np.arange(BINS) + 0.5
+    one, zone = 2, 1
+
+    def moments(counts):
+        mean = counts @ bins / counts.sum()
+        return mean, counts @ (bins - mean) ** 2 / counts.sum()
+
+    (mean, before), (mean_after, after) = moments(light[one, zone]), moments(found[one, zone])
+    flight = bins - clock.time_zero_s[zone] / WIDTH_S
+    assert found[one, zone].sum() == pytest.approx(light[one, zone].sum(), rel=1e-3)
+    assert mean_after == pytest.approx(mean, abs=0.02)
+    added = 0.02**2 * (light[one, zone] @ np.maximum(flight, 0) ** 2) / light[one, zone].sum()
+    assert after - before == pytest.approx(added, rel=0.05)
+
+
+def test_a_dark_level_that_falls_and_one_that_rises(scene):
+    model, *_ = scene
+    t, plain = (np.arange(BINS) + 0.5) / BINS, model.expected(1000.0)
+    falling = changed(model, "dark_slope", falling=np.array([1.0, 2, 3, 4]), rate=4.0)
+    np.testing.assert_allclose((falling - plain)[3, 2], 3 * np.exp(-4 * t), atol=1e-9)
+    rising = changed(model, "dark_slope", rising=5.0, power=2.0)
+    np.testing.assert_allclose((rising - plain)[0, 0], 5 * t**2, atol=1e-9)
+
+
+def test_a_lens_pulls_maps_outward(scene, maps):
+    _, light, clock = scene
+    where = footprints(maps, light.range_m.shape[1:])
+    found = CAUSES["lens_distortion"].at(cubic=0.1)
+    start = Rendering(light, where, clock, 1.0)
+    moved = found.effect.footprints(found.values, start)
+    width, height = maps.image_size
+    half = np.hypot(width, height) / 2
+    x, y = where.x_px[2, 3] - (width - 1) / 2, where.y_px[2, 3] - (height - 1) / 2
+    by = 0.1 * (np.hypot(x, y) / half) ** 2
+    read = where.field.faded(np.array([where.x_px[2, 3] - by * x]), np.array([where.y_px[2, 3] - by * y]))[:, 0]
+    np.testing.assert_allclose(moved.weights[:, 2, 3], read / where.scale, rtol=1e-9)

@@ -1,0 +1,54 @@
+"""Causes outside the library, told from the names that look like them."""
+
+import numpy as np
+import pytest
+
+from mismatch.explain import explain
+
+from ..conftest import BACKGROUND
+
+
+def averaged(counts):
+    """By a filter that keeps a quarter of what it had."""
+    shown = [counts[0]]
+    for frame in counts[1:]:
+        shown.append(frame + (shown[-1] - frame) / 4)
+    return np.stack(shown)
+
+
+def in_advance(counts):
+    """A copy a whole number of bins before the light."""
+    light = counts - BACKGROUND[:, None]
+    return counts + 0.04 * np.concatenate([light[..., 4:], np.zeros((*light.shape[:-1], 4))], axis=-1)
+
+
+def sloping(counts):
+    """A dark level that rises with the square of the bin."""
+    return counts + 4 * np.linspace(0, 1, counts.shape[-1]) ** 2
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [(averaged, "part of what was shown before it"), (in_advance, "a weak copy"), (sloping, "counts that no light")],
+)
+def test_a_name_that_stands_in_for_a_cause_outside_is_unknown(rig, simulated, made, words):
+    verdict = explain(simulated(np.random.default_rng(8).poisson(made(rig.expected())))).verdict
+    assert verdict.verdict == "unknown"
+    assert any(words in place.sentence for place in verdict.unexplained)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("time_lag", {"lag": 0.02}),
+        ("bin_width_error", {"error": 0.02}),
+        ("second_surface", {"passed": 0.1, "spacing": -0.15}),
+        ("impulse_width", {"jitter": 1.5e-10}),
+        ("footprint_shift", {"x": 8.0, "y": -5.0}),
+        ("ambient_pedestal", {"level": 3.0}),
+    ],
+)
+def test_a_name_that_is_right_stands(drawn, name, values):
+    verdict = explain(drawn(8, name, **values)).verdict
+    assert [effect.id for effect in verdict.effects] == [name]
+    assert verdict.verdict == "explained"
