@@ -42,16 +42,9 @@ def straight_tracks(
     frame beside that, straight or not. The pulse is a matched filter for white noise (Turin
     1960, IRE Trans. Inf. Theory 6, 311), and each zone has its own strength along the line, 0 or more.
     """
-    clock, time_s, (frames, _, bins) = rendering.clock, rendering.light.time_s, excess.shape
-    parts = np.array_split(np.arange(frames), min(frames, MOST_PARTS))
-    times = np.array([time_s[part].mean() for part in parts])
-    ways = np.array([np.broadcast_to(way_s, frames)[part].mean() for part in parts]) / clock.bin_width_s
-    summed, mean = (np.stack([counts[part].sum(axis=0) for part in parts]) for counts in (excess, expected))
-    pulse = clock.pulse.in_bins((bins + 0.5) * clock.bin_width_s, 2 * bins + 1, clock.bin_width_s)
-    pulse = pulse / max(np.sqrt((pulse**2).sum()), 1e-12)
-    white = summed / np.sqrt(np.maximum(mean, 1))
-    matched = np.ascontiguousarray(fftconvolve(white, pulse[None, None, ::-1], mode="same", axes=-1))
-
+    clock, bins = rendering.clock, excess.shape[-1]
+    matched, times = matched_parts(excess, expected, rendering)
+    parts, ways = len(times), _in_parts(np.broadcast_to(way_s, len(excess))) / clock.bin_width_s
     lasted = max(float(np.ptp(times)), 1e-9)
     reach = min(bins, int(np.ceil(min(fastest * lasted / clock.bin_width_s, bins))))
     found = []
@@ -59,7 +52,7 @@ def straight_tracks(
         shifts = np.rint(slope * (times - times[0]) / lasted + ways).astype(int)
         along, passed = _along(matched, np.clip(shifts, -bins, bins))
         # What is seen in few frames only needs more of an excess.
-        sigmas = along / np.sqrt(np.maximum(passed, len(parts) / 4))
+        sigmas = along / np.sqrt(np.maximum(passed, parts / 4))
         evidence = (np.maximum(sigmas, 0) ** 2).sum(axis=0)
         best = int(np.argmax(evidence))
         found.append((float(evidence[best]), best - bins, float(slope)))
@@ -75,6 +68,26 @@ def straight_tracks(
         )
         for evidence, first, slope in chosen[:most]
     ]
+
+
+def matched_parts(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> tuple[np.ndarray, np.ndarray]:
+    """(N, P, T) an excess (F, P, T) filtered by the clock's pulse, in standard deviations, and (N,) times of its parts.
+
+    The filter is that matched to the pulse in white noise (Turin 1960, IRE Trans. Inf. Theory 6, 311).
+    """
+    clock, (frames, _, bins) = rendering.clock, excess.shape
+    parts = np.array_split(np.arange(frames), min(frames, MOST_PARTS))
+    summed, mean = (np.stack([counts[part].sum(axis=0) for part in parts]) for counts in (excess, expected))
+    pulse = clock.pulse.in_bins((bins + 0.5) * clock.bin_width_s, 2 * bins + 1, clock.bin_width_s)
+    pulse = pulse / max(np.sqrt((pulse**2).sum()), 1e-12)
+    white = summed / np.sqrt(np.maximum(mean, 1))
+    matched = np.ascontiguousarray(fftconvolve(white, pulse[None, None, ::-1], mode="same", axes=-1))
+    return matched, _in_parts(rendering.light.time_s)
+
+
+def _in_parts(values: np.ndarray) -> np.ndarray:
+    """(N,) means over the parts of a session of values (F,) by frame."""
+    return np.array([part.mean() for part in np.array_split(np.asarray(values, float), min(len(values), MOST_PARTS))])
 
 
 @njit(nogil=True, cache=True)

@@ -9,17 +9,18 @@ from physics.clock import Clock
 from physics.effect import Effect, Look, LookAlike, Parameter, Values
 from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
+from physics.returning import returning_track, shares_of_all
 from physics.roaming import Roaming, clear_evidence, pulses_in_bins, roaming
 from physics.tracks import straight_tracks
 
 # Strengths at which a search for pulses that roam begins, counts.
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
+# How many times the evidence of any one crossing there must be for several to be one pulse that returns.
+AGAIN = 1.3
 # Evidence from which it is worth a fit: one in four hundred by chance.
 SURE = 12.0
 # Pulses of rangers are over in this, as a standard deviation, seconds; what is longer is hardly a pulse.
 LONGEST_S = 3e-9
-# Two clocks are never so alike that a pulse wanders by less than this in a session, in bins.
-STAYS_BINS = 0.5
 # Step, in bins, over which it is seen how evidence goes with the width of the pulse.
 WIDER = 0.05
 
@@ -27,7 +28,8 @@ WIDER = 0.05
 class Interference(Effect):
     """The pulses of an emitter with a clock of its own: one in a frame at most, the same in all zones.
 
-    Where its period is nearly the laser's the pulse wanders evenly from frame to frame. Where it is not, the pulse is
+    Where its period is nearly the laser's the pulse wanders evenly from frame to frame, and returns a period after it
+    has left. Where it is not, the pulse is
     somewhere else in each frame: it roams. Where, only the frame itself can tell; where nothing was recorded it is as
     likely here as there, and its mean is spread over the window.
     """
@@ -43,6 +45,7 @@ class Interference(Effect):
     forms = (
         ("counts", "arrival", "drift"),
         ("counts", "arrival", "drift", "longer"),
+        ("counts", "arrival", "drift", "period", "longer"),
         ("roaming", "present"),
         ("roaming", "present", "longer"),
     )
@@ -72,6 +75,14 @@ class Interference(Effect):
             high=1e-3,
             start=1e-8,
             sentence="Seconds by which it arrives later for each second of the session.",
+        ),
+        Parameter(
+            "period",
+            unit="s",
+            low=5e-9,
+            high=1e-3,
+            start=1e-3,
+            sentence="Time between the other emitter's pulses: one that has left the window returns after it.",
         ),
         Parameter(
             "roaming",
@@ -107,7 +118,7 @@ class Interference(Effect):
         """The pulse in the bins, frame by frame; outside the window it is not seen."""
         clock = _longer(rendering.clock, values["longer"])
         arrival_s = values["arrival"] + values["drift"] * rendering.light.time_s
-        shares = clock.pulse.in_bins(arrival_s, clock.bins, clock.bin_width_s)
+        shares = shares_of_all(clock.pulse, arrival_s, values["period"], clock.bins, clock.bin_width_s)
         steady = rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares[:, None]
         if not np.any(values["roaming"]):
             return steady
@@ -115,12 +126,6 @@ class Interference(Effect):
             return steady + self._placed(values, rendering).added
         anywhere = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s).mean(axis=0)
         return steady + values["present"] * np.atleast_1d(values["roaming"])[:, None] * anywhere
-
-    def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse that stays where it is, or is a level that changes along the histogram rather than a pulse."""
-        wandered_s = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
-        stays = bool(np.any(values["counts"])) and wandered_s < STAYS_BINS * rendering.clock.bin_width_s
-        return stays or values["longer"] > LONGEST_S
 
     def looks(self, values: Values) -> bool:
         """Whether its pulse roams."""
@@ -154,14 +159,18 @@ class Interference(Effect):
         return roaming(rendering.recorded, rendering.expected, rendering.background, clock, counts, values["present"])
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse that stays where it is comes from the sensor's own laser: another emitter's clock is another."""
+        """A pulse that stays comes from the sensor's own laser; what lasts for many nanoseconds is hardly a pulse."""
         wandered = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
-        return bool(np.any(values["counts"])) and wandered < rendering.clock.bin_width_s
+        stays = bool(np.any(values["counts"])) and wandered < rendering.clock.bin_width_s
+        return stays or values["longer"] > LONGEST_S
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""
         tracks = straight_tracks(excess, expected, rendering, fastest=1e-3)
         lines = [{"arrival": float(np.clip(t.arrival_s, -1e-6, 1e-6)), "drift": t.drift} for t in tracks]
+        again = returning_track(excess, expected, rendering)
+        if again is not None and again.evidence > AGAIN * max((t.evidence for t in tracks), default=0.0):
+            lines.insert(0, {"arrival": again.arrival_s, "drift": again.drift, "period": again.period_s})
         return [*lines, *self._roaming(excess + expected, expected, rendering)]
 
     def _roaming(self, recorded: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict]:

@@ -32,6 +32,17 @@ def test_its_mean_arrival_wanders_by_drift_times_time(model, small):
     np.testing.assert_allclose(np.diff(mean), 1e-8 * 0.1, atol=2e-12)
 
 
+def test_what_has_left_returns_after_its_period(model, small):
+    window = small.clock.bins * small.clock.bin_width_s
+    period = 0.7 * window
+    found = more(model, counts=50, arrival=0.1 * window, drift=0, period=period)
+    alone = more(model, counts=50, arrival=0.1 * window, drift=0)
+    again = more(model, counts=50, arrival=0.8 * window, drift=0)
+    np.testing.assert_allclose(found, alone + again, atol=0.2)
+    later = more(model, counts=50, arrival=0.1 * window + 3 * period, drift=0, period=period)
+    np.testing.assert_allclose(later, found, atol=1e-6)
+
+
 def test_it_enters_the_window_without_a_jump(model, small):
     arrivals = np.linspace(-8e-9, 2e-9, 201)
     totals = np.array([more(model, arrival=a, drift=0)[0, 0].sum() for a in arrivals])

@@ -54,6 +54,7 @@ STRENGTHS = {
     "interference": [
         {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8},
         {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8, "longer": 8e-10},
+        {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 3e-8, "period": 7e-9},
     ],
     "mirrored_zones": [
         {"rows": 0.6, "columns": 0.3, "transposed": 0.2},
