@@ -36,3 +36,17 @@ def test_rivals_are_looked_for_although_the_form_grew_richer(drawn):
     assert found[0] == "impulse_tail"
     assert set(found) <= close
     assert len(found) == len(set(found))
+
+
+def test_a_rival_may_have_what_it_lacked(drawn):
+    """Aliased pulses that are smeared: without the smear of its own, their name would lose to one that has a width."""
+    values = {"counts": 60.0, "apparent_range": 0.55, "jitter": 1.5e-9}
+    simulation = drawn(5, "range_aliasing", **values)
+    train, test = simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
+    names = ("interference", "range_aliasing")
+    forms = [form for name in names for form in forms_of(find_effect(name), SIZES)]
+    rounds = select(train, test, forms)
+    now = rounds[1].before
+    found = rivals(train, test, now, now.forms[-1], rounds, forms)
+    assert found[0].form.effect.id == "range_aliasing"
+    assert "jitter" in found[0].form.free

@@ -56,3 +56,10 @@ def test_it_is_in_proportion_to_the_pulse(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     one, ten = model.expected(1.0, [effect.at()]), model.expected(10.0, [effect.at()])
     np.testing.assert_allclose(ten, 10 * one)
+
+
+@pytest.mark.parametrize(("tau", "dead", "quick"), [(1e-9, 0.0, True), (1e-9, 2 * WIDTH, False), (3e-9, 0.0, False)])
+def test_an_echo_at_once_is_rather_a_tail(tau, dead, quick):
+    rendering = SimpleNamespace(clock=SimpleNamespace(bin_width_s=WIDTH))
+    assert effect.strained(effect.at(probability=0.1, tau=tau, dead=dead).values, rendering) == quick
+    assert not effect.strained(effect.at(probability=0.0, tau=tau, dead=dead).values, rendering)

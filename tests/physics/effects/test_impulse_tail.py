@@ -76,3 +76,8 @@ def test_it_is_in_proportion_at_all_ranges(small):
     )
     setting = [effect.at(share=0.5)]
     np.testing.assert_allclose(far.expected(1.0, setting)[..., 3:], near.expected(1.0, setting)[..., :-3], atol=1e-12)
+
+
+@pytest.mark.parametrize(("share", "tau", "slow"), [(0.1, 1e-9, False), (0.1, 2.5e-9, True), (0.0, 2.5e-9, False)])
+def test_a_tail_of_many_nanoseconds_is_rather_an_echo(share, tau, slow):
+    assert effect.strained(effect.at(share=share, tau=tau).values, None) == slow

@@ -129,3 +129,12 @@ def test_how_a_search_begins_goes_by_what_is_there(small):
     )
     assert begun["roaming"] == 70
     assert np.count_nonzero(alone["roaming"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("drift", "longer", "strained"), [(1e-8, 0.0, False), (0.0, 0.0, True), (1e-8, 4e-9, True), (1e-8, 1e-9, False)]
+)
+def test_what_stays_or_lasts_long_is_hardly_another_emitters_pulse(small, drift, longer, strained):
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
+    values = effect.at(counts=10.0, drift=drift, longer=longer).values
+    assert effect.strained(values, rendering) == strained

@@ -88,3 +88,8 @@ def test_it_suggests_where_a_layer_is(small):
     assert abs(start["begin"] - 0.5) < 0.1
     assert abs(start["begin"] + start["thickness"] - 0.8) < 0.1
     assert effect.starts(np.zeros_like(nominal), nominal, rendering) == []
+
+
+@pytest.mark.parametrize(("begin", "thickness", "glass"), [(0.0, 0.02, True), (0.03, 0.1, False), (0.0, 100.0, False)])
+def test_a_layer_on_the_sensor_is_rather_its_glass(begin, thickness, glass):
+    assert effect.strained(effect.at(extinction=0.1, begin=begin, thickness=thickness).values, None) == glass
