@@ -45,17 +45,17 @@ def rivals(
     found = [Rival(form, now, evidence(train, test, now))]
     others = [other for other in now.forms if other is not form]
     taken = {other.effect.id for other in others}
-    for candidate in _close(rounds, form):
-        if candidate.form.effect.id in taken or candidate.form is form:
-            continue
-        x = np.concatenate(
-            [now.x[:1], *(coordinates(now, other) for other in others), _start(candidate)],
-        )
+
+    def swapped(candidate: Candidate) -> Rival | None:
+        x = np.concatenate([now.x[:1], *(coordinates(now, other) for other in others), _start(candidate)])
         try:
-            swapped = fit(train, (*others, candidate.form), x, now.frame_gain_sigma)
+            fitted = fit(train, (*others, candidate.form), x, now.frame_gain_sigma)
         except Refusal:
-            continue
-        found.append(Rival(candidate.form, swapped, evidence(train, test, swapped)))
+            return None
+        return Rival(candidate.form, fitted, evidence(train, test, fitted))
+
+    close = [c for c in _close(rounds, form) if c.form.effect.id not in taken and c.form is not form]
+    found += [rival for rival in train.each(swapped, close) if rival is not None]
     best: dict[str, Rival] = {}
     for rival in found:
         name = rival.form.effect.id

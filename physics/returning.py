@@ -48,8 +48,9 @@ def shares_of_all(
 def returning_track(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> Returning | None:
     """The pulse that wanders through the window more than once and explains most of an excess; None where none may.
 
-    excess: (F, P, T) recorded less expected counts. Lines of one slope are added up along the matched filter's output,
-    all those a period apart together; each zone has its own strength, 0 or more.
+    excess: (F, P, T) recorded less expected counts. Lines of one slope are added up along the matched filter's output:
+    of all zones, to see which slopes may be; then of each, those a period apart together. A zone's strength is its own,
+    0 or more.
     """
     matched, times = matched_parts(excess, expected, rendering)
     parts, _, bins = matched.shape
@@ -57,14 +58,15 @@ def returning_track(excess: np.ndarray, expected: np.ndarray, rendering: Renderi
     # Faster than this a pulse would skip more than itself from one part to the next.
     most = min(MOST_CROSSINGS * bins, parts * bins // 8)
     slopes = [float(sign * s) for s in range(bins, most + 1, STEP_BINS) for sign in (-1, 1)]
+    all_zones = np.ascontiguousarray(matched.sum(axis=1, keepdims=True))
     lines = []
     for slope in slopes:
         shifts = np.rint(slope * (times - times[0]) / lasted).astype(int)
-        along, passed = _along(matched, shifts)
-        sigmas = along / np.sqrt(np.maximum(passed, parts / 32))
-        lines.append(((np.maximum(sigmas, 0) ** 2).sum(axis=0).max(), slope, along, passed))
+        along, passed = _along(all_zones, shifts)
+        lines.append(((along / np.sqrt(np.maximum(passed, parts / 32))).max(), slope, shifts))
     best = None
-    for _, slope, along, passed in sorted(lines, key=lambda line: -line[0])[:TRIED]:
+    for _, slope, shifts in sorted(lines, key=lambda line: -line[0])[:TRIED]:
+        along, passed = _along(matched, shifts)
         for period in range(int(SHORTEST * bins), int(LONGEST * bins) + 1):
             evidence, first = _folded(along, passed, period, parts)
             if best is None or evidence > best[0]:
