@@ -28,8 +28,8 @@ class NonLambertian(Effect):
     matt one would send it back; nothing sends back less than none. Another power of the cosine is a surface that is
     matt, but rough or porous: Minnaert's (1941, Astrophys. J. 93, 403) (cosθ_in · cosθ_out)^k / cosθ_out, both angles
     equal, is cosθ^(2k - 1), so that k is 1 + power/2; power -1, k = ½, is the moon, as bright at its rim as amid.
-    A varnish reflects at its surface, whatever the pigment below: with `varnish` 1 all surfaces have the lobe of one of
-    reflectance ½, with 0 it goes with theirs, in between lobe · (½/ρ)^varnish. A surface that is black sends nothing.
+    A varnish reflects at its surface, whatever the pigment below: with `pigment` 0 all surfaces have the lobe of one of
+    reflectance ½, with 1 it goes with theirs, in between lobe · (2ρ)^(pigment - 1). What is black sends nothing.
     Energy is not kept: what goes elsewhere is never seen from here. One surface may have a lobe of its own beside that,
     gloss · cosθ^gloss_exponent: surfaces are told apart and followed through the frames by their geometry, the largest
     first (`segments`). As one surface may meet the light at much the same angle in all frames, a lobe of its own that
@@ -45,7 +45,7 @@ class NonLambertian(Effect):
         LookAlike("range_falloff", "Tilt one surface at a fixed range: only a lobe changes."),
         LookAlike("multipath", "Take away everything but the one surface: its lobe stays, a second bounce goes."),
     )
-    forms = (("lobe", "exponent"), ("lobe", "exponent", "varnish"), ("power",), ("gloss", "gloss_exponent"))
+    forms = (("lobe", "exponent"), ("lobe", "exponent", "pigment"), ("power",), ("gloss", "gloss_exponent"))
     parameters = (
         Parameter(
             "lobe",
@@ -66,13 +66,13 @@ class NonLambertian(Effect):
             sentence="How narrow the lobe is: half of it is left at 15 degrees for 20, at 7 degrees for 100.",
         ),
         Parameter(
-            "varnish",
+            "pigment",
             unit="1",
             low=0.0,
             high=1.0,
-            start=0.0,
-            tries=(1.0,),
-            sentence="1 where the lobe is as bright on dark surfaces as on bright ones, 0 where it goes with theirs.",
+            start=1.0,
+            tries=(0.0,),
+            sentence="1 where the lobe goes with reflectance, 0 where it is as bright on dark surfaces as on bright.",
         ),
         Parameter(
             "power",
@@ -112,8 +112,8 @@ class NonLambertian(Effect):
         # Strength over the cosine is ρ/r²; by way of the logarithm, so that no power overflows where cosθ is tiny.
         log = np.log(cosine)
         lobe = values["lobe"] * np.exp((values["exponent"] - 1) * log)
-        if values["varnish"] != 0:
-            lobe *= (0.5 / np.clip(light.reflectance, DARKEST, None)) ** values["varnish"]
+        if values["pigment"] != 1:
+            lobe *= np.maximum(2 * light.reflectance, 2 * DARKEST) ** (values["pigment"] - 1)
         more = np.exp(values["power"] * log) + lobe
         if values["gloss"] != 0:
             chosen = segments(light.range_m, light.intrinsics) == round(values["surface"])

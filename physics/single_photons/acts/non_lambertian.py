@@ -19,7 +19,7 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     angle = np.arccos(np.clip(np.where(facing, world.cosine, 1), 0, 1))
     matt = np.maximum(np.cos(angle), np.finfo(float).tiny)
     sent = np.cos(angle) ** (1 + values["power"]) + values["lobe"] * np.cos(angle) ** values["exponent"] / (
-        np.maximum(2 * world.reflectance, 0.04) ** values["varnish"]
+        np.maximum(2 * world.reflectance, 0.04) ** (1 - values["pigment"])
     )
     if values["gloss"] > 0:
         own = values["gloss"] * np.cos(angle) ** values["gloss_exponent"]

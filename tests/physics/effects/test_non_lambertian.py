@@ -75,7 +75,7 @@ def test_a_power_of_the_cosine_is_minnaerts_law(power):
 def test_a_varnish_shines_alike_on_dark_and_bright():
     reflectance = np.linspace(0.05, 1, 24 * 32).reshape(1, 24, 32)
     light = direct_light(np.ones((1, 24, 32)), INTRINSICS, reflectance, np.full((1, 24, 32), 0.8))
-    added = (seen(light, lobe=0.6, exponent=3, varnish=1) - light.returns[0].strength) * light.range_m**2
+    added = (seen(light, lobe=0.6, exponent=3, pigment=0) - light.returns[0].strength) * light.range_m**2
     np.testing.assert_allclose(added, 0.6 * 0.5 * 0.8**3, rtol=1e-4)
 
 

@@ -74,7 +74,7 @@ STRENGTHS = {
     "non_lambertian": [
         {"lobe": 2, "exponent": 5},
         {"lobe": 0.5, "exponent": 0},
-        {"lobe": 1, "exponent": 4, "varnish": 0.8},
+        {"lobe": 1, "exponent": 4, "pigment": 0.2},
         {"lobe": -0.9, "exponent": 3},
         {"power": 1.5},
         {"power": -0.8},
