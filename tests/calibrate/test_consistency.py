@@ -18,11 +18,10 @@ def maps_of(responses, xs=None, ys=None, ids=None, **meta):
     return ResponseMaps(responses, xs, xs * 0 if ys is None else ys, ids, json.dumps(meta))
 
 
-def test_published_figures(shared_data):
-    folder = shared_data / "tmf8828_response_maps"
+def test_published_figures(published_maps):
     found = compare(
-        load_maps(folder / "spad_calib_3x3_longrange_bins15_35.npz"),
-        load_maps(folder / "spad_calib_3x3_shortrange_bins45_75.npz"),
+        load_maps(published_maps / "spad_calib_3x3_longrange_bins15_35.npz"),
+        load_maps(published_maps / "spad_calib_3x3_shortrange_bins45_75.npz"),
     ).summary()
     published = {"iou": (0.915, 0.029), "displacement_px": (2.94, 0.67), "cosine": (0.984, 0.008)}
     for figure, (mean, spread) in published.items():

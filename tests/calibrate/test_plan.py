@@ -27,10 +27,10 @@ def test_snake_by_hand():
     assert plan.count == 13
 
 
-def test_published_scans_run_in_this_order(shared_data):
+def test_published_scans_run_in_this_order(published_maps):
     """Columns of the plan sort every row's xs, rows sort the ys from the bottom of the image to its top."""
     name = "spad_calib_3x3_longrange_bins15_35.npz"
-    published = np.load(shared_data / "tmf8828_response_maps" / name)
+    published = np.load(published_maps / name)
     xs, ys = published["xs"].reshape(45, 80), published["ys"].reshape(45, 80)
     plan = ScanPlan(80, 45)
     column, row = plan.cells.T.reshape(2, 45, 80)

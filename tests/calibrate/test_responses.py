@@ -38,10 +38,9 @@ def test_without_background_nothing_is_subtracted():
     np.testing.assert_array_equal(responses(counts, None, Window(1, 4)).value, counts[:, :, 1:5].max(axis=2).T)
 
 
-def test_published_files_agree_with_each_other(shared_data):
+def test_published_files_agree_with_each_other(published_maps):
     """The unsubtracted maps bound the subtracted ones: max(a − b) ≤ max(a) for b ≥ 0."""
-    folder = shared_data / "tmf8828_response_maps"
-    with_, without = (np.load(folder / f"spad_calib_3x3_longrange_bins15_35{s}.npz") for s in ("", "_nobgsub"))
+    with_, without = (np.load(published_maps / f"spad_calib_3x3_longrange_bins15_35{s}.npz") for s in ("", "_nobgsub"))
     assert (with_["responses"] <= without["responses"]).all()
 
 

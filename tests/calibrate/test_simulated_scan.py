@@ -152,10 +152,10 @@ def test_the_footprint_moves_with_range_as_the_baseline_says():
     assert brightness == pytest.approx((0.5 / 0.8) ** 4, rel=0.15)
 
 
-def test_zones_lie_where_the_published_maps_have_them(shared_data):
+def test_zones_lie_where_the_published_maps_have_them(published_maps):
     """Each simulated zone resembles the published zone of the same number most: rows, columns and mirror agree."""
     name = "spad_calib_3x3_longrange_bins15_35.npz"
-    published = np.load(shared_data / "tmf8828_response_maps" / name)["responses"].reshape(9, -1)
+    published = np.load(published_maps / name)["responses"].reshape(9, -1)
     simulated = scan(ScanPlan(80, 45)).truth.blurred
     units = [maps / np.linalg.norm(maps, axis=1, keepdims=True) for maps in (simulated, published)]
     likeness = units[0] @ units[1].T

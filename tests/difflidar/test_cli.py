@@ -42,10 +42,9 @@ def maps(tmp_path):
     return path
 
 
-def test_published_figures_at_the_command_line(shared_data, capsys):
-    folder = shared_data / "tmf8828_response_maps"
+def test_published_figures_at_the_command_line(published_maps, capsys):
     names = "spad_calib_3x3_longrange_bins15_35.npz", "spad_calib_3x3_shortrange_bins45_75.npz"
-    assert run("compare", *(folder / name for name in names), "--json") == 0
+    assert run("compare", *(published_maps / name for name in names), "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert {name: round(value, 3) for name, value in found["mean"].items()} == {
         "iou": 0.915,

@@ -38,8 +38,8 @@ def test_as_json(scan, capsys):
     assert said["meta"]["sensor"] == "TMF8828"
 
 
-def test_published_maps_say_that_they_are_true_in_the_image_plane_only(shared_data, capsys):
-    path = shared_data / "tmf8828_response_maps" / "spad_calib_3x3_longrange_bins15_35.npz"
+def test_published_maps_say_that_they_are_true_in_the_image_plane_only(published_maps, capsys):
+    path = published_maps / "spad_calib_3x3_longrange_bins15_35.npz"
     assert run("info", path, "--json") == 0
     said = json.loads(capsys.readouterr().out)
     assert (said["kind"], said["positions"], said["image_plane_only"]) == ("response maps", 3600, True)

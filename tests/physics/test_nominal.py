@@ -14,15 +14,15 @@ from recordings.maps_file import load_maps
 
 from .conftest import slow_model
 
-MAPS = "tmf8828_response_maps/spad_calib_3x3_longrange_bins15_35.npz"
+MAPS = "spad_calib_3x3_longrange_bins15_35.npz"
 
 
 @pytest.fixture(scope="module")
-def conformance(shared_data):
+def conformance(shared_data, published_maps):
     seen = load(shared_data / "conformance" / "recording.npz")
     truth = np.load(shared_data / "conformance" / "expected.npz")
     light = direct_light(seen.depth_m, seen.intrinsics, seen.reflectance, seen.incidence_cosine)
-    where = footprints(load_maps(shared_data / MAPS), seen.depth_m.shape[1:])
+    where = footprints(load_maps(published_maps / MAPS), seen.depth_m.shape[1:])
     pulse = ImpulseResponse(seen.irf_time_s, seen.irf)
     clock = Clock(float(seen.bin_width_s), seen.counts.shape[2], seen.time_zero_s, pulse)
     model = ForwardModel(light, where, clock, seen.background_counts)

@@ -79,11 +79,11 @@ def test_impossible_pulses_are_refused(wrong):
         tailed_pulse(**numbers)
 
 
-def test_nominal_model_of_an_independent_implementation(shared_data):
+def test_nominal_model_of_an_independent_implementation(shared_data, published_maps):
     """One frame of the conformance recording, cell by cell, with these bin integrals."""
     seen = np.load(shared_data / "conformance" / "recording.npz")
     expected = np.load(shared_data / "conformance" / "expected.npz")
-    published = shared_data / "tmf8828_response_maps" / "spad_calib_3x3_longrange_bins15_35.npz"
+    published = published_maps / "spad_calib_3x3_longrange_bins15_35.npz"
     maps = np.load(published)
     width, height = seen["image_size"]
     u, v = np.meshgrid(np.arange(width), np.arange(height))
