@@ -31,14 +31,8 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
     counts, mean = simulation.counts, np.maximum(expected, LEAST)
     alive = np.ones(mean.shape[1], bool) if simulation.dead is None else ~simulation.dead
     excess, mean_alive = (counts - mean)[:, alive], mean[:, alive]
-    sums = [
-        (excess.sum(axis=axis) / np.sqrt(mean_alive.sum(axis=axis)), what) for axis, what in ((1, "bin"), (2, "zone"))
-    ]
-    white = (excess / np.sqrt(mean_alive)).reshape(len(mean), -1)
-    bright = np.flatnonzero(mean_alive.min(axis=0).ravel() >= BRIGHT)
-    if len(bright):
-        sums.append((white[:, bright], "cell"))
-    rhythms = [beat(white, what) for white, what in sums]
+    summed = [(a.sum(axis=1), a.sum(axis=2), a.reshape(len(a), -1)) for a in (excess, mean_alive)]
+    rhythms = [beat(*columns, what) for *columns, what in zip(*summed, ("bin", "zone", "cell"), strict=True)]
     single = outlier(counts[:, alive], mean_alive, np.flatnonzero(alive))
     return [
         wave(excess / np.sqrt(mean_alive)),
@@ -64,9 +58,10 @@ def wave(white: np.ndarray) -> Check:
     return Check(p, f"a wave runs through the residuals: {where}")
 
 
-def beat(white: np.ndarray, what: str) -> Check:
-    """The strongest rhythm over the frames of any bin or zone (F, N)."""
-    frames = len(white)
+def beat(excess: np.ndarray, mean: np.ndarray, what: str) -> Check:
+    """The strongest rhythm over the frames of any bin, zone or cell (F, N) that is bright in all of them."""
+    frames, bright = len(mean), np.flatnonzero(mean.min(axis=0) >= BRIGHT)
+    white = excess[:, bright] / np.sqrt(mean[:, bright])
     power = np.abs(np.fft.rfft(white, axis=0))[1:] ** 2 / frames
     if frames % 2 == 0:
         # The fastest rhythm has one phase, not two: its power scatters twice as much.
@@ -75,7 +70,7 @@ def beat(white: np.ndarray, what: str) -> Check:
         return Check(1.0, "")
     best = np.unravel_index(int(np.argmax(power)), power.shape)
     p = float(-np.expm1(power.size * np.log1p(-np.exp(-min(float(power[best]), 600.0)))))
-    where = "one cell" if what == "cell" else f"{what} {best[1]}"
+    where = "one cell" if what == "cell" else f"{what} {bright[best[1]]}"
     return Check(p, f"{where} goes up and down {best[0] + 1} times over the frames")
 
 

@@ -126,6 +126,7 @@ def table(division: Division, residual: np.ndarray, mean: np.ndarray, fitted: in
 
 def _worst(excess: np.ndarray, mean: np.ndarray) -> float:
     """Chance that the worst of the groups is as bad, were their sums Poisson counts: misfit in few groups."""
-    found = mean + excess
+    # Projection takes off a little of what was counted: no counts may come out as a little less than none.
+    found = np.maximum(mean + excess, 0)
     tail = np.minimum(poisson.sf(np.ceil(found - 1e-9) - 1, mean), poisson.cdf(np.floor(found + 1e-9), mean))
     return float(min(1.0, 2 * len(mean) * tail.min()))

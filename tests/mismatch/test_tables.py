@@ -5,12 +5,12 @@ import pytest
 from scipy.stats import kstest
 
 from mismatch.fit import fit_nominal
-from mismatch.tables import divisions, tables
+from mismatch.tables import Division, divisions, table, tables
 
 
 def misfit_p_value(found):
     """Of the worst table, corrected for how many there are."""
-    return min(1.0, len(found) * min(table.p_value for table in found))
+    return min(1.0, len(found) * min(one.p_value for one in found))
 
 
 def looked(simulation):
@@ -83,3 +83,10 @@ def test_p_values_are_uniform_or_larger_where_nothing_is_wrong(drawn):
         assert abs(excess.mean()) < 4 * spread + 1.0, first.division.axes
     overall = np.array([misfit_p_value(found) for found in draws])
     assert (overall < 0.05).sum() <= 12
+
+
+def test_a_group_that_counted_nothing_is_as_likely_as_poissons_law_has_it():
+    division = Division(("bin",), np.zeros((1, 1, 4), int))
+    # What a projection leaves of four empty cells, less than nothing by its rounding.
+    found = table(division, np.full(4, -2.0 - 1e-7), np.full(4, 2.0), 0)
+    assert found.p_value == pytest.approx(min(1.0, 2 * 2 * np.exp(-8)), rel=0.05)
