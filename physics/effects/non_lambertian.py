@@ -122,8 +122,10 @@ class NonLambertian(Effect):
         return replace(light, returns=(replace(direct, strength=strength), *others))
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A lobe of one surface that is as wide as a lobe may be is rather its reflectance."""
-        return values["gloss"] > 0 and values["gloss_exponent"] < WIDEST + 0.5
+        """A lobe of one surface or of varnish as wide as may be is rather reflectance; so is varnish that dims."""
+        broad = values["gloss"] > 0 and values["gloss_exponent"] < WIDEST + 0.5
+        varnished = values["lobe"] != 0 and values["pigment"] < 1
+        return broad or (varnished and (values["lobe"] < 0 or values["exponent"] < WIDEST))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Each of the largest surfaces alone."""

@@ -116,3 +116,11 @@ def test_what_faces_away_or_is_unknown_stays_dark_and_nothing_dims(cosine, lobe,
     assert np.isfinite(found).all()
     assert (found >= matt).all()
     assert (found[matt == 0] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("lobe", "exponent", "pigment", "strained"),
+    [(0.3, 5, 0.0, False), (0.3, 1, 0.0, True), (-0.3, 5, 0.5, True), (-0.3, 1, 1.0, False)],
+)
+def test_varnish_that_dims_or_is_matt_is_rather_reflectance(lobe, exponent, pigment, strained):
+    assert effect.strained(effect.at(lobe=lobe, exponent=exponent, pigment=pigment).values, None) == strained
