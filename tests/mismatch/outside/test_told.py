@@ -41,11 +41,11 @@ def test_a_name_that_stands_in_for_a_cause_outside_is_unknown(rig, simulated, ma
     ("name", "values"),
     [
         ("time_lag", {"lag": 0.02}),
-        ("bin_width_error", {"error": 0.02}),
-        ("second_surface", {"passed": 0.1, "spacing": -0.15}),
+        pytest.param("bin_width_error", {"error": 0.02}, marks=pytest.mark.slow),
+        pytest.param("second_surface", {"passed": 0.1, "spacing": -0.15}, marks=pytest.mark.slow),
         ("impulse_width", {"jitter": 1.5e-10}),
-        ("footprint_shift", {"x": 8.0, "y": -5.0}),
-        ("ambient_pedestal", {"level": 3.0}),
+        pytest.param("footprint_shift", {"x": 8.0, "y": -5.0}, marks=pytest.mark.slow),
+        pytest.param("ambient_pedestal", {"level": 3.0}, marks=pytest.mark.slow),
     ],
 )
 def test_a_name_that_is_right_stands(drawn, name, values):
