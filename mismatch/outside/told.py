@@ -6,7 +6,7 @@ import numpy as np
 
 from mismatch.candidates import price
 from mismatch.descent import Descent
-from mismatch.fit import Fit, reached
+from mismatch.fit import Fit, fit_nominal, reached
 from mismatch.form import Form, forms_of
 from mismatch.outside.causes import all_outside
 from mismatch.places import Place, wherever
@@ -28,7 +28,8 @@ def told_outside(
 ) -> tuple[Place, ...]:
     """The cause outside the library that fits better than names of a fit do in their place; none, where none does.
 
-    It is a misfit of the whole recording that has no place. beside: whether it may come beside all names as well.
+    It is a misfit of the whole recording that has no place; its p-value is the odds of the names against it. beside:
+    whether it may come beside all names as well.
     """
     mine, best, said = evidence(train, test, judged), ODDS, ""
     for replaced, less in _lessened(train, judged):
@@ -49,12 +50,10 @@ def told_outside(
 def _lessened(train: Simulation, judged: Fit) -> Iterator[tuple[tuple[Form, ...], Fit]]:
     """Names that may be replaced, and the fit without them: none, each, and all of several."""
     yield (), judged
-    less = judged
     for form in judged.forms:
         yield (form,), without(train, judged, form)
-        less = without(train, less, form)
     if len(judged.forms) > 1:
-        yield judged.forms, less
+        yield judged.forms, fit_nominal(train, judged.frame_gain_sigma)
 
 
 def _outside(train: Simulation, less: Fit, judged: Fit) -> list[Fit]:

@@ -26,12 +26,11 @@ WIDER = 0.05
 
 
 class Interference(Effect):
-    """The pulses of an emitter with a clock of its own: one in a frame at most, the same in all zones.
+    """The pulses of an emitter with a clock of its own, the same in all zones.
 
-    Where its period is nearly the laser's the pulse wanders evenly from frame to frame, and returns a period after it
-    has left. Where it is not, the pulse is
-    somewhere else in each frame: it roams. Where, only the frame itself can tell; where nothing was recorded it is as
-    likely here as there, and its mean is spread over the window.
+    Where its period is nearly a multiple of the laser's they wander evenly from frame to frame, a `period` apart: one
+    that has left the window returns. Where it is not there is one, somewhere else in each frame: it roams. Where, only
+    the frame itself can tell; where nothing was recorded it is anywhere, its mean spread over the window.
     """
 
     id = "interference"
@@ -167,10 +166,12 @@ class Interference(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""
         tracks = straight_tracks(excess, expected, rendering, fastest=1e-3)
-        lines = [{"arrival": float(np.clip(t.arrival_s, -1e-6, 1e-6)), "drift": t.drift} for t in tracks]
+        lines = [{"arrival": t.arrival_s, "drift": t.drift} for t in tracks]
         again = returning_track(excess, expected, rendering)
         if again is not None and again.evidence > AGAIN * max((t.evidence for t in tracks), default=0.0):
             lines.insert(0, {"arrival": again.arrival_s, "drift": again.drift, "period": again.period_s})
+        ends = {p.name: (p.low, p.high) for p in self.parameters}
+        lines = [{name: float(np.clip(value, *ends[name])) for name, value in line.items()} for line in lines]
         return [*lines, *self._roaming(excess + expected, expected, rendering)]
 
     def _roaming(self, recorded: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict]:

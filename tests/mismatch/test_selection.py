@@ -1,11 +1,13 @@
 """What is tried beside a fit, and what may stand in for an effect that took a richer form."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
+from mismatch.refined import enriched
 from mismatch.rivals import rivals
 from mismatch.selection import others_than, select
 from physics.effects import find_effect
@@ -38,15 +40,14 @@ def test_rivals_are_looked_for_although_the_form_grew_richer(drawn):
     assert len(found) == len(set(found))
 
 
-def test_a_rival_may_have_what_it_lacked(drawn):
-    """Aliased pulses that are smeared: without the smear of its own, their name would lose to one that has a width."""
-    values = {"counts": 60.0, "apparent_range": 0.55, "jitter": 1.5e-9}
-    simulation = drawn(5, "range_aliasing", **values)
-    train, test = simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
-    names = ("interference", "range_aliasing")
-    forms = [form for name in names for form in forms_of(find_effect(name), SIZES)]
-    rounds = select(train, test, forms)
-    now = rounds[1].before
-    found = rivals(train, test, now, now.forms[-1], rounds, forms)
-    assert found[0].form.effect.id == "range_aliasing"
-    assert "jitter" in found[0].form.free
+def test_a_rival_gains_the_parameter_it_lacked(drawn):
+    """Aliased pulses that are smeared, of which the form without a smear was fitted."""
+    simulation = drawn(5, "range_aliasing", counts=60.0, apparent_range=0.55, jitter=1.5e-9)
+    train = simulation.of(np.arange(0, 24, 2))
+    forms = list(forms_of(find_effect("range_aliasing"), SIZES))
+    plain = next(form for form in forms if form.free == ("counts", "apparent_range") and not form.own)
+    plain = replace(plain, start=plain.start | {"apparent_range": 0.55, "counts": 60.0})
+    fitted = fit(train, (plain,), np.concatenate([fit_nominal(train).x, plain.at_start()]))
+    found = enriched(train, fitted, forms)
+    assert "jitter" in found.forms[0].free
+    assert found.deviance < fitted.deviance - 20

@@ -138,3 +138,16 @@ def test_what_stays_or_lasts_long_is_hardly_another_emitters_pulse(small, drift,
     rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
     values = effect.at(counts=10.0, drift=drift, longer=longer).values
     assert effect.strained(values, rendering) == strained
+
+
+def test_a_fit_may_begin_wherever_it_is_told_to(small):
+    """Windows of a few nanoseconds: half of one is less than a period may be."""
+    clock = replace(small.clock, bin_width_s=1e-10, pulse=small.clock.pulse.merged(1))
+    rendering = Rendering(replace(small.light, time_s=np.arange(64) / 30), small.footprints, clock, 1.0)
+    frames, bins = np.indices((64, small.clock.bins))
+    expected = np.full((64, 4, small.clock.bins), 20.0)
+    excess = np.where((frames * 2 + bins) % 24 < 3, 60.0, 0.0)[:, None] * np.ones((1, 4, 1))
+    starts = effect.starts(excess, expected, rendering)
+    assert any("period" in start for start in starts)
+    for start in starts:
+        effect.at(**start)
