@@ -4,15 +4,19 @@ import numpy as np
 
 from recordings.refusal import Refusal
 
-BLOCKS = 12
+BLOCKS = 24
 
 
 def halves(frames: int) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the frames that choose and of those that are held out."""
+    """Indices of the frames that choose and of those that are held out.
+
+    Blocks are dealt by the sequence of Thue and Morse, which has no period: a scene that moves in equal steps, or to
+    and fro, shows each of its places on both sides.
+    """
     if frames < 2:
         raise Refusal(
             f"the recording has {frames} frame, expected 2 or more: some to choose a model, others to judge it"
         )
     length = max(1, frames // BLOCKS)
-    held = np.arange(frames) // length % 2 == 1
+    held = np.bitwise_count(np.arange(frames) // length) % 2 == 1
     return np.flatnonzero(~held), np.flatnonzero(held)

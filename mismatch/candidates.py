@@ -19,8 +19,11 @@ from mismatch.simulation import Simulation
 MINOR, MINOR_PART = 60.0, 0.08
 # One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
 MINOR_AS_EXPECTED = 35.0
-# From so much on it can be told whether it gains what it should, and half of that part is enough.
+# From so much on it can be told whether it gains what it should, and a quarter of that part is enough.
 TOLD = 100.0
+# Standard deviations by which a true cause may gain less than it should: one of six does by the first, one of 160
+# by the other.
+NEAR, FAR = 1.0, 2.5
 # Nor need it gain any part of what others did where so much of its change is in cells that it changes by more than
 # they do: another formula of theirs would not.
 ELSEWHERE = 0.8
@@ -69,9 +72,9 @@ class Candidate:
 
         The gain of a true cause scatters about what is expected by twice its root, as likelihood ratios do.
         """
-        as_expected = self.observed > self.expected_gain - 2 * np.sqrt(max(self.expected_gain, 0.0))
-        least = MINOR_AS_EXPECTED if as_expected else MINOR
-        part = MINOR_PART / 2 if as_expected and self.observed > TOLD else MINOR_PART
+        short = (self.expected_gain - self.observed) / (2 * np.sqrt(max(self.expected_gain, 1.0)))
+        least = MINOR_AS_EXPECTED if short < NEAR else MINOR
+        part = MINOR_PART / 4 if short < FAR and self.observed > TOLD else MINOR_PART
         return self.observed < (least if self.elsewhere > ELSEWHERE else max(least, part * won))
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from mismatch.beginnings import likeliest_selection
 from mismatch.blocks import halves
 from mismatch.candidates import MINOR, MINOR_PART
 from mismatch.doubts import doubts
@@ -19,7 +20,7 @@ from mismatch.naming import contested, name_effects, next_measurement
 from mismatch.noise import frame_gain_sigma
 from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
-from mismatch.selection import Round, select
+from mismatch.selection import Round
 from mismatch.simulation import Simulation
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
@@ -64,7 +65,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     simulation = economical(simulation)
     train, test = simulation.of(chosen), simulation.of(held)
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
-    rounds = select(train, test, forms)
+    rounds = likeliest_selection(train, test, forms)
     judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
     # All frames tell better than those that chose how much the gain fluctuates; what is left is judged by that.
     sigma = frame_gain_sigma(simulation, expected_at(simulation, judged.forms, judged.x))

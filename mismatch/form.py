@@ -21,7 +21,7 @@ class Form:
     """One way in which an effect may be there.
 
     effect. free: names of fitted parameters. own: those of which each zone (or bin) has its own. start: values of all
-    parameters where a fit begins, numbers, or arrays of those in `own`. sizes: how many values each of `own` has.
+    parameters where a fit begins, numbers, or arrays of those in `own` or given. sizes: how many each of `own` has.
     given: names of parameters that say what the effect is like, which the data gave and no fit varies.
     """
 
@@ -95,7 +95,8 @@ class Form:
 
     def beginning(self, values: dict[str, Any]) -> "Form | None":
         """The same form begun elsewhere; None where these parameters, or each zone's own, are not in it."""
-        if not values.keys() & set(self.free) or any(np.ndim(v) and n not in self.own for n, v in values.items()):
+        each = {name for name, value in values.items() if np.ndim(value)}
+        if not values.keys() & set(self.free) or each & set(self.free) - set(self.own):
             return None
         given = tuple(n for n in values if n not in self.free and self.effect.parameter(n).vanishes_at is None)
         mine = {name: value for name, value in values.items() if name in (*self.free, *given)}
@@ -119,8 +120,9 @@ def logarithmic(parameter: Parameter) -> bool:
 
 def unit_of(parameter: Parameter) -> float:
     """One unit of its coordinate: a size at which it matters."""
-    if parameter.start:
-        return abs(parameter.start)
+    for value in (parameter.start, *parameter.tries):
+        if value:
+            return abs(value)
     return 0.05 * (parameter.high - parameter.low) if np.isfinite(parameter.high - parameter.low) else 1.0
 
 

@@ -86,8 +86,11 @@ def estimates(fitted: Fit, form: Form) -> tuple[Estimate, ...]:
         sigma = float(np.sqrt(max(fitted.covariance[at + i, at + i], 0)))
         name = parameter.name if place is None else f"{parameter.name}[{place}]"
         out.append(Estimate(name, value, sigma * slope_of(parameter, fitted.x[at + i]), parameter.unit))
-    given = (form.effect.parameter(name) for name in form.given)
-    return (*out, *(Estimate(p.name, float(form.start[p.name]), 0.0, p.unit) for p in given))
+    for parameter in map(form.effect.parameter, form.given):
+        values = np.atleast_1d(form.start[parameter.name])
+        names = [parameter.name] if len(values) == 1 else [f"{parameter.name}[{place}]" for place in range(len(values))]
+        out += [Estimate(name, float(v), 0.0, parameter.unit) for name, v in zip(names, values, strict=True)]
+    return tuple(out)
 
 
 def _separation(train: Simulation, one: Rival, other: Rival) -> str:

@@ -36,7 +36,7 @@ def promise(simulation: Simulation, fitted: Fit, projection: Projection, form: F
 
 def suggested(simulation: Simulation, fitted: Fit, forms: list[Form]) -> list[Form]:
     """Forms begun where the data suggest."""
-    excess, rendering = simulation.counts - fitted.expected, simulation.rendering(fitted.gain)
+    excess, rendering = simulation.counts - fitted.expected, simulation.rendering(fitted.gain, fitted.settings)
     once: dict[tuple, Form] = {}
     for form in forms:
         once.setdefault((form.effect.id, form.free, form.own), form)

@@ -1,4 +1,4 @@
-"""A chosen effect in richer forms of its own, where something is left: the name first, then what it is like."""
+"""Chosen effects in other forms of their own, richer where something is left, plainer where another came beside."""
 
 from collections.abc import Iterator
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from mismatch.candidates import cost, price
 from mismatch.descent import Descent
-from mismatch.fit import Fit, on_others, reached
+from mismatch.fit import Fit, fit, on_others, reached
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
 from mismatch.race import race
@@ -35,6 +35,27 @@ def enriched(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
     found = _best(train, fitted, list(richer(fitted.forms[-1], forms)))
     better = found is not None and found.deviance + cost(train, found) < fitted.deviance + cost(train, fitted)
     return found if better else fitted
+
+
+def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
+    """A fit with its earlier effects in forms with less in them, where that costs less than it saves."""
+    for at, form in enumerate(fitted.forms[:-1]):
+        less = {(o.free, o.own): o for o in forms if o.effect.id == form.effect.id and _within(o, form)}
+        for other in sorted(less.values(), key=lambda o: len(o.coordinates)):
+            changed = (*fitted.forms[:at], other, *fitted.forms[at + 1 :])
+            begins = [other.coordinates_from(form, fitted.settings[at])]
+            before = 1 + sum(len(one.coordinates) for one in fitted.forms[:at])
+            after = before + len(form.coordinates)
+            x = np.concatenate([fitted.x[:before], *begins, fitted.x[after:]])
+            found = fit(train, changed, x, fitted.frame_gain_sigma)
+            if found.deviance + cost(train, found) < fitted.deviance + cost(train, fitted):
+                return plainer(train, found, forms)
+    return fitted
+
+
+def _within(other: Form, form: Form) -> bool:
+    """Whether a form has less in it than another, of the same strengths or some of them."""
+    return set(other.free) < set(form.free) and set(other.own) == set(form.own) & set(other.free)
 
 
 def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:

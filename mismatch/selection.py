@@ -1,6 +1,6 @@
 """Which effects: forward selection on some frames, decided on others."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
-from mismatch.refined import refined
+from mismatch.refined import plainer, refined
 from mismatch.score import Score
 from mismatch.simulation import Simulation
 
@@ -43,10 +43,20 @@ class Round:
 def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
     """Add one effect at a time while the frames held out agree; drop what another makes superfluous."""
     now = fit_nominal(train)
-    now = fit_nominal(train, frame_gain_sigma(train, now.expected))
-    rounds: list[Round] = []
-    won = 0.0
-    for _ in range(MOST_EFFECTS):
+    return _onward(train, test, forms, [], fit_nominal(train, frame_gain_sigma(train, now.expected)))
+
+
+def begun_with(
+    train: Simulation, test: Simulation, forms: list[Form], first: Round, candidate: Candidate
+) -> list[Round]:
+    """The same from the first round on, had it chosen another of its candidates."""
+    now = refreshed(train, refined(train, test, candidate.fit, forms))
+    return _onward(train, test, forms, [replace(first, chosen=candidate)], now)
+
+
+def _onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round], now: Fit) -> list[Round]:
+    """Rounds so far, and those that follow from where they led."""
+    while len(rounds) < MOST_EFFECTS:
         scores, tried = ranked(train, now, others_than(now, forms))
         significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]
         candidates: list[Candidate] = []
@@ -59,18 +69,16 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
             # A score far from where it is true promises what no fit keeps, and hides what others promise.
             fitted = {s.form.effect.id for s in chosen}
             significant = [s for s in significant if s.form.effect.id not in fitted]
+        won = sum(one.chosen.observed for one in rounds if one.chosen is not None)
         if best is not None and now.forms and best.is_minor(won):
-            rounds.append(Round(now, tuple(scores), tried, tuple(candidates), None, best))
-            break
-        rounds.append(Round(now, tuple(scores), tried, tuple(candidates), best))
+            return [*rounds, Round(now, tuple(scores), tried, tuple(candidates), None, best)]
+        rounds = [*rounds, Round(now, tuple(scores), tried, tuple(candidates), best)]
         if best is None:
-            break
-        won += best.observed
-        now = refreshed(train, refined(train, test, without_superfluous(train, best.fit), forms))
-    else:
-        scores, tried = ranked(train, now, others_than(now, forms))
-        rounds.append(Round(now, tuple(scores), tried, (), None))
-    return rounds
+            return rounds
+        alone = plainer(train, without_superfluous(train, best.fit), forms)
+        now = refreshed(train, refined(train, test, alone, forms))
+    scores, tried = ranked(train, now, others_than(now, forms))
+    return [*rounds, Round(now, tuple(scores), tried, (), None)]
 
 
 def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from physics.clock import Clock
-from physics.effect import Setting
+from physics.effect import Setting, in_order
 from physics.footprint import Footprints
 from physics.light import Light, Return
 from physics.nominal import ForwardModel
@@ -86,9 +86,13 @@ class Simulation:
         expected = self.expected(gain, tuple(other for other in effects if other is not setting))
         return replace(self.rendering(gain), expected=expected, recorded=self.counts)
 
-    def rendering(self, gain: float) -> Rendering:
-        """Scene and sensor as effects are given them."""
-        return Rendering(self.light, self.footprints, self.clock, gain, background=self.background[:, None])
+    def rendering(self, gain: float, effects: tuple[Setting, ...] = ()) -> Rendering:
+        """Scene and sensor as effects are given them, the background as it is with those that are there."""
+        now = Rendering(self.light, self.footprints, self.clock, gain, background=self.background[:, None])
+        for setting in in_order((*self.given, *effects)):
+            if "background" in setting.effect.changes:
+                now = replace(now, background=setting.effect.apply("background", setting.values, now))
+        return now
 
     def of(self, chosen: np.ndarray) -> "Simulation":
         """Some of the frames, by index (N,)."""

@@ -15,6 +15,11 @@ EDGE = 0.1
 # The same of what is "near", in log range.
 NEAR_EDGE = 0.02
 
+# Least part of all pixels on either side of a gap, and how far apart gaps are, in log range.
+A_SIDE, APART = 0.01, 0.1
+# Part of all pixels that is as good as none.
+EMPTY = 1e-4
+
 # The texture's terms of first and second order.
 TEXTURE = ("slope_x", "slope_y", "bow_x", "bow_y", "bow_xy")
 # Surfaces that have factors of their own at once, beside the largest.
@@ -48,3 +53,25 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
         found = found + values["one"] * (number == round(values["surface"]))
         found = found + sum(values[name] * (number == k) for k, name in enumerate(SURFACES, start=2))
     return found
+
+
+def gaps(light: Light, most: int) -> list[float]:
+    """Ranges, at most so many, at which there is least between what is nearer and what is farther, the emptiest first.
+
+    Of the logarithm of range, in steps of an edge's width; in the middle of what is empty. A side has a hundredth of
+    all pixels or more.
+    """
+    log = np.log(light.range_m[light.range_m > 0])
+    if not len(log) or np.ptp(log) < 4 * NEAR_EDGE:
+        return []
+    count, edges = np.histogram(log, bins=int(np.ptp(log) / NEAR_EDGE))
+    nearer = np.cumsum(count) / len(log)
+    away = np.abs(np.subtract.outer(np.arange(len(count)), np.flatnonzero(count > EMPTY * len(log)))).min(axis=1)
+    # What is empty is the better the wider it is, what is not the better the less is in it.
+    order = np.argsort(np.where(away > 0, -away, count / len(log)), kind="stable")
+    found: list[float] = []
+    for at in order[(nearer[order] > A_SIDE) & (nearer[order] < 1 - A_SIDE)]:
+        middle = (edges[at] + edges[at + 1]) / 2
+        if len(found) < most and all(abs(middle - other) > APART for other in found):
+            found.append(float(middle))
+    return [float(np.exp(middle)) for middle in found]

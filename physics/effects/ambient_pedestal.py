@@ -9,6 +9,7 @@ from physics.rendering import Rendering
 class AmbientPedestal(Effect):
     """Photons that no laser sent arrive evenly in time: level + growth·t more in every bin, t seconds into the session.
 
+    Where the same light is brighter than when it was recorded there is `more` of the recorded background in each zone.
     A background that is less than recorded, which negative growth may come to, is never less than none.
     """
 
@@ -23,7 +24,7 @@ class AmbientPedestal(Effect):
         ),
         LookAlike("afterpulsing", "Cover the emitter: a pedestal stays, afterpulses go."),
     )
-    forms = (("level",), ("level", "growth"))
+    forms = (("level",), ("level", "growth"), ("more",))
     parameters = (
         Parameter(
             "level",
@@ -44,12 +45,22 @@ class AmbientPedestal(Effect):
             vanishes_at=0.0,
             sentence="Counts per bin and frame by which it is more after a second, in all zones.",
         ),
+        Parameter(
+            "more",
+            unit="1",
+            low=0.0,
+            high=1e4,
+            start=0.1,
+            vanishes_at=0.0,
+            sentence="Part of the recorded background that comes on top of it.",
+        ),
     )
 
     def background(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F, P, 1) as many counts more in each bin of a zone."""
         grown = values["growth"] * rendering.light.time_s[:, None, None]
-        return np.maximum(rendering.background + np.atleast_1d(values["level"])[:, None] + grown, 0)
+        known = rendering.background * (1 + values["more"])
+        return np.maximum(known + np.atleast_1d(values["level"])[:, None] + grown, 0)
 
 
 effect = AmbientPedestal()

@@ -7,6 +7,8 @@ from physics.rendering import Rendering
 
 # Most that the logarithm of gain may change.
 MOST = 50.0
+# What settles in a session has lost so much of itself by its end.
+SETTLED = 0.3
 
 
 class GainDrift(Effect):
@@ -89,6 +91,11 @@ class GainDrift(Effect):
         background = np.minimum(rendering.background, rendering.expected)
         signal = rendering.expected - background
         return signal * np.exp(change) + background * np.exp(values["background"] * change)
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A warming up that has hardly begun when the session ends is another level, not a drift."""
+        lost = -np.expm1(-np.ptp(rendering.light.time_s) / values["tau"])
+        return bool(values["warmup"]) and lost < SETTLED
 
 
 effect = GainDrift()

@@ -1,13 +1,12 @@
 """`interference`: another emitter."""
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
 from physics.clock import Clock
 from physics.effect import Effect, Look, LookAlike, Parameter, Values
-from physics.pulse import ImpulseResponse
+from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.returning import returning_track, shares_of_all
 from physics.roaming import Roaming, clear_evidence, pulses_in_bins, roaming
@@ -19,8 +18,10 @@ BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
 AGAIN = 1.3
 # Evidence from which it is worth a fit: one in four hundred by chance.
 SURE = 12.0
-# Pulses of rangers are over in this, as a standard deviation, seconds; what is longer is hardly a pulse.
+# Pulses of rangers are over in this, as a standard deviation, seconds.
 LONGEST_S = 3e-9
+# To a billionth no two free-running clocks agree: crystals do to a hundred-thousandth.
+AGREED = 1e-9
 # Step, in bins, over which it is seen how evidence goes with the width of the pulse.
 WIDER = 0.05
 
@@ -158,10 +159,10 @@ class Interference(Effect):
         return roaming(rendering.recorded, rendering.expected, rendering.background, clock, counts, values["present"])
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse that stays comes from the sensor's own laser; what lasts for many nanoseconds is hardly a pulse."""
+        """Two clocks do not agree that well, nor do pulses last that long; what stays is the sensor's own light."""
         wandered = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
-        stays = bool(np.any(values["counts"])) and wandered < rendering.clock.bin_width_s
-        return stays or values["longer"] > LONGEST_S
+        stays = abs(values["drift"]) < AGREED or wandered < rendering.clock.bin_width_s
+        return (bool(np.any(values["counts"])) and stays) or values["longer"] > LONGEST_S
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""
@@ -188,13 +189,7 @@ class Interference(Effect):
 
 def _longer(clock: Clock, longer_s: float) -> Clock:
     """The clock with the other emitter's pulse in the place of the sensor's own."""
-    return replace(clock, pulse=_blurred(clock.pulse, float(longer_s))) if longer_s else clock
-
-
-@lru_cache(maxsize=8)
-def _blurred(pulse: ImpulseResponse, sigma_s: float) -> ImpulseResponse:
-    """The same object for the same pulse: what is made of it is kept by it."""
-    return pulse.blurred(sigma_s)
+    return replace(clock, pulse=longer(clock.pulse, float(longer_s)))
 
 
 effect = Interference()

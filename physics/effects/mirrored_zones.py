@@ -3,6 +3,7 @@
 from itertools import combinations
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
@@ -16,13 +17,14 @@ class MirroredZones(Effect):
 
     Each zone's weights become (1 − s) · its own + s · those of the zone it is exchanged with: s = 1 is the exchange,
     and a fit can find its way there. Footprints are exchanged, not what is the zone's own in time and counting: time
-    zero, background, gain. On a grid of one row or column there is nothing to mirror that way.
+    zero, background, gain. On a grid of one row or column there is nothing to mirror that way. Where the zones are in
+    any other order, `place` says in whose place each looks; what is no order leaves all where they were.
     """
 
     id = "mirrored_zones"
     acts_on = "optics"
     order = -1  # Which zone looks where comes before what zones do to their light.
-    sentence = "The zones are in another order: mirrored, turned, or two of them, two rows or two columns exchanged."
+    sentence = "The zones are in another order: mirrored, turned, rolled, or two of them, rows or columns exchanged."
     look_alikes = (
         LookAlike(
             "footprint_shift", "Light one corner alone: where zones are mirrored, that of another corner answers."
@@ -44,6 +46,7 @@ class MirroredZones(Effect):
         ("zones_exchanged",),
         ("rows_exchanged",),
         ("columns_exchanged",),
+        ("reordered",),
     )
     parameters = tuple(
         # A little, and not half: half of all would make all zones alike, where no slope shows the way.
@@ -63,6 +66,7 @@ class MirroredZones(Effect):
             ("zones_exchanged", "1 where zones `first` and `second` look where the other was said to."),
             ("rows_exchanged", "1 where the zones of rows `first` and `second` do."),
             ("columns_exchanged", "1 where the zones of columns `first` and `second` do."),
+            ("reordered", "1 where each zone looks where zone `place` was said to."),
         )
     ) + tuple(
         Parameter(
@@ -75,17 +79,29 @@ class MirroredZones(Effect):
         )
         for name, start in (("first", 0.0), ("second", 1.0))
     )
+    parameters += (
+        Parameter(
+            "place",
+            unit="1",
+            low=0.0,
+            high=1e4,
+            start=0.0,
+            axis="zone",
+            sentence="Which zone, from 0, each takes the place of.",
+        ),
+    )
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Footprints of zones that take shares of each other's."""
         grid = rendering.footprints.zone_grid
         mixed = exchange(grid, values["rows"], values["columns"], values["transposed"]) @ exchanged(grid, values)
+        mixed = mixed @ reordered(grid, values)
         return rendering.footprints.changed(
             lambda weights: np.moveaxis(np.moveaxis(weights, -3, -1) @ mixed.T, -1, -3),
         )
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The two zones, the two rows and the two columns that fit best in each other's place."""
+        """The two zones, rows and columns that fit best in each other's place, and the order that fits best of all."""
         gain = gain_in_place(expected + excess, expected)
         rows, columns = rendering.footprints.zone_grid
         zones = np.arange(rows * columns).reshape(rows, columns)
@@ -99,7 +115,8 @@ class MirroredZones(Effect):
             if pairs:
                 i, j = max(pairs, key=lambda pair: _of_both(gain, *lines[list(pair)]))
                 found.append({name: self.parameter(name).start, "first": float(i), "second": float(j)})
-        return found
+        place = linear_sum_assignment(gain, maximize=True)[1].astype(float)
+        return [*found, {"reordered": self.parameter("reordered").start, "place": place}]
 
 
 def gain_in_place(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
@@ -131,6 +148,15 @@ def exchanged(grid: tuple[int, int], values: Values) -> np.ndarray:
             # Of the identity, this leaves both where they were or takes either for the other.
             mixed = (np.eye(mixed.shape[0]) - values[name] * widen(np.outer(one - other, one - other))) @ mixed
     return mixed
+
+
+def reordered(grid: tuple[int, int], values: Values) -> np.ndarray:
+    """(P, P) share of each zone's weights (columns) in those it has (rows) after all have another order."""
+    own = np.eye(grid[0] * grid[1])
+    place = np.broadcast_to(np.round(values["place"]).astype(int), len(own))
+    if not values["reordered"] or not np.array_equal(np.sort(place), np.arange(len(own))):
+        return own
+    return (1 - values["reordered"]) * own + values["reordered"] * own[place]
 
 
 def _hat(place: float, count: int) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.pulse import ImpulseResponse
+from physics.pulse import ImpulseResponse, longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
 
@@ -15,7 +15,8 @@ LEAST_JITTER_S = 1e-14
 class RangeAliasing(Effect):
     """Light of one shot is registered after the next: a far target, which depth images seldom hold, seems near.
 
-    Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot. A far target may
+    Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
+    chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
     draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds. One that stands still comes nearer
     by as much as the camera has moved towards it, where that is known. It is followed until it leaves the window, not
     into the next period.
@@ -33,6 +34,7 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range"),
         ("counts", "apparent_range", "speed"),
         ("counts", "apparent_range", "speed", "jitter"),
+        ("counts", "apparent_range", "speed", "spread"),
     )
     parameters = (
         Parameter(
@@ -73,6 +75,15 @@ class RangeAliasing(Effect):
             sentence="Most by which the laser's period is longer or shorter; 0 where it is steady.",
         ),
         Parameter(
+            "spread",
+            unit="s",
+            low=0.0,
+            high=5e-9,
+            start=0.0,
+            tries=(5e-10,),
+            sentence="Standard deviation of the laser's period, or of the time that light takes to a deep target.",
+        ),
+        Parameter(
             "still",
             unit="1",
             low=-1.5,
@@ -89,9 +100,8 @@ class RangeAliasing(Effect):
         ranges = np.atleast_1d(values["apparent_range"]) + way_m[:, None]
         arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
         after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
-        cumulative = (_integral(clock.pulse, after_s + jitter) - _integral(clock.pulse, after_s - jitter)) / (
-            2 * jitter
-        )
+        pulse = longer(clock.pulse, values["spread"])
+        cumulative = (_integral(pulse, after_s + jitter) - _integral(pulse, after_s - jitter)) / (2 * jitter)
         # Rounding makes an empty bin's share a little less than nothing.
         shares = np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
         return rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares
@@ -110,7 +120,7 @@ class RangeAliasing(Effect):
                 speed = float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest))
                 if apparent >= self.parameter("apparent_range").low:
                     where = {"apparent_range": float(apparent), "speed": speed, "still": still}
-                    found += [where | {"jitter": jitter} for jitter in self.parameter("jitter").tries]
+                    found += [where | {name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
         return found
 
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
-from physics.reflectances import SURFACES, TEXTURE, by_surface, log_factor
+from physics.reflectances import SURFACES, TEXTURE, by_surface, gaps, log_factor
 from physics.rendering import Rendering
 
-# Which a fit tries alone.
-ALONE = 5
+# Surfaces that a fit tries alone, and gaps in range that it tries as ends of what is near.
+ALONE, GAPS = 5, 4
 
 
 class ReflectanceMap(Effect):
@@ -42,6 +42,7 @@ class ReflectanceMap(Effect):
     forms = (
         ("contrast",),
         ("step", "level"),
+        ("near",),
         ("near", "near_range"),
         ("spot", "spot_x", "spot_y", "spot_size"),
         TEXTURE,
@@ -181,8 +182,12 @@ class ReflectanceMap(Effect):
         return replace(light, reflectance=(light.reflectance * factor).astype(np.float32), returns=(lit, *others))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Each of the largest surfaces alone."""
-        return [{"one": self.parameter("one").start, "surface": float(k)} for k in range(1, ALONE + 1)]
+        """Each of the largest surfaces alone; what is nearer than gaps in range."""
+        alone = [{"one": self.parameter("one").start, "surface": float(k)} for k in range(1, ALONE + 1)]
+        ends = self.parameter("near_range").low, self.parameter("near_range").high
+        near = self.parameter("near").start
+        gap = [at for at in gaps(rendering.light, GAPS) if ends[0] < at < ends[1]]
+        return alone + [{"near": near, "near_range": at} for at in gap]
 
 
 effect = ReflectanceMap()

@@ -6,16 +6,14 @@ from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
-# So many times what it changes by is more than a drift can be at its start.
-OFFSET = 2.0
-
 
 class TimeZeroDrift(Effect):
-    """After t seconds all zones register light later by at_start + rate·t + curve·t² + warmup·(1 - exp(-t/τ)).
+    """After t seconds all zones register light later by d(t) - d(z), d(t) = rate·t + curve·t² + warmup·(1 - exp(-t/τ)).
 
-    What it is at the start is not 0 where time zero was measured on a sensor as warm as it is later on. Where that is
-    negative they do so earlier. Light from beyond the window, which a negative delay would bring into its last bins,
-    is not followed.
+    z is when time zero was right: at the start, or later, where it was measured on a sensor as warm as it is then. A
+    delay that is never zero within the session is an offset, and a drift beside it. Where it is negative light is
+    registered earlier. Light from beyond the window, which a negative delay would bring into its last bins, is not
+    followed.
     """
 
     id = "time_zero_drift"
@@ -30,9 +28,9 @@ class TimeZeroDrift(Effect):
         ("rate",),
         ("warmup", "tau"),
         ("rate", "curve"),
-        ("rate", "at_start"),
-        ("warmup", "tau", "at_start"),
-        ("rate", "curve", "at_start"),
+        ("rate", "zero_at"),
+        ("warmup", "tau", "zero_at"),
+        ("rate", "curve", "zero_at"),
     )
     parameters = (
         Parameter(
@@ -72,28 +70,29 @@ class TimeZeroDrift(Effect):
             sentence="Time constant of the warming up.",
         ),
         Parameter(
-            "at_start",
+            "zero_at",
             unit="s",
-            low=-5e-9,
-            high=5e-9,
-            start=1e-11,
-            vanishes_at=0.0,
-            sentence="Delay in the first frame.",
+            low=0.0,
+            high=1e5,
+            start=0.0,
+            tries=(0.1,),
+            sentence="When the delay is zero, within the session.",
         ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """All light, delayed by what its frame's time makes."""
-        return rendering.arrivals.delayed(values["at_start"] + _since(values, rendering.light.time_s)[:, None])
+        time_s = rendering.light.time_s
+        right = np.minimum(values["zero_at"], time_s.max())
+        return rendering.arrivals.delayed((_since(values, time_s) - _since(values, right))[:, None])
 
-    def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A delay that is there at the start and hardly changes is an offset."""
-        changed = np.ptp(_since(values, rendering.light.time_s))
-        return bool(abs(values["at_start"]) > OFFSET * changed)
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Time zero right in the middle of the session."""
+        return [{"zero_at": float(rendering.light.time_s.mean())}]
 
 
-def _since(values: Values, time_s: np.ndarray) -> np.ndarray:
-    """(F,) delay, seconds, that has come to be since the start."""
+def _since(values: Values, time_s: np.ndarray | float) -> np.ndarray | float:
+    """Delay, seconds, that has come to be since the start: of each time, (F,) or a number."""
     return (values["rate"] + values["curve"] * time_s) * time_s + values["warmup"] * -np.expm1(-time_s / values["tau"])
 
 

@@ -22,8 +22,18 @@ def test_they_are_blocks_so_that_few_frames_have_a_neighbour_on_the_other_side(f
     chosen, held = halves(frames)
     side = np.zeros(frames, bool)
     side[held] = True
-    assert np.count_nonzero(np.diff(side.astype(int))) <= 14
-    assert abs(len(chosen) - len(held)) <= frames // 12 + 1
+    assert np.count_nonzero(np.diff(side.astype(int))) <= 30
+    assert abs(len(chosen) - len(held)) <= frames // 8
+
+
+@given(st.integers(96, 200), st.integers(2, 40))
+def test_a_scene_that_comes_back_again_and_again_shows_both_sides_all_of_its_places(frames, period):
+    """Stops of equal length, or to and fro: each of its phases that lasts long enough is on both sides."""
+    chosen, held = halves(frames)
+    phase = np.arange(frames) % period * 2 // period
+    for side in (chosen, held):
+        share = np.bincount(phase[side], minlength=2) / np.bincount(phase, minlength=2)
+        assert (share > 0.2).all()
 
 
 @pytest.mark.parametrize("frames", [0, 1])

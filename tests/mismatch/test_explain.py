@@ -68,7 +68,7 @@ def test_nothing_agrees(drawn):
     assert verdict.gap_closed is None
     assert verdict.next_measurement is None
     assert verdict.heldout.explained == pytest.approx(verdict.heldout.nominal)
-    assert verdict.heldout.explained == pytest.approx(1.05, abs=0.08)
+    assert verdict.heldout.explained == pytest.approx(1.05, abs=0.12)  # Three standard errors.
     assert set(found.chosen) | set(found.held) == set(range(24))
     held = json.loads(verdict.text(), parse_constant=fail_on_constant)
     assert held.keys() == FIELDS

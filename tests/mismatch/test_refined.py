@@ -5,7 +5,7 @@ import pytest
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
-from mismatch.refined import refined, richer
+from mismatch.refined import plainer, refined, richer
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -61,3 +61,23 @@ def test_richer_forms_hold_all_that_the_form_has(name):
     assert (name != "impulse_tail") == any(other.own for other in found)
     if name == "range_aliasing":
         assert any(other.own == ("counts", "apparent_range") for other in found)
+
+
+def test_an_earlier_effect_gives_up_what_another_came_to_say(drawn):
+    """A drift whose zero lies within the session, and an offset beside it: one of the two says it."""
+    simulation = drawn(6, "time_zero_offset", delay=6e-11)
+    drift = next(f for f in FORMS if f.effect.id == "time_zero_drift" and f.free == ("rate", "zero_at"))
+    offset = common("time_zero_offset")
+    both = fit(simulation, (drift, offset), np.concatenate([fit_nominal(simulation).x, drift.at_start(), [1.0]]))
+    found = plainer(simulation, both, FORMS)
+    assert [form.free for form in found.forms] == [("rate",), ("delay",)]
+    assert found.deviance == pytest.approx(both.deviance, abs=3)
+
+
+def test_an_earlier_effect_keeps_what_nothing_else_says(drawn):
+    simulation = drawn(6, "ambient_pedestal", level=[0.0, 2.0, 6.0, 1.0])
+    pedestal = next(f for f in FORMS if f.effect.id == "ambient_pedestal" and f.own == ("level",))
+    offset = common("time_zero_offset")
+    x = np.concatenate([fit_nominal(simulation).x, pedestal.at_start(), [0.0]])
+    both = fit(simulation, (pedestal, offset), x)
+    assert plainer(simulation, both, FORMS) is both

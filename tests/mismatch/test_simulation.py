@@ -1,5 +1,7 @@
 """Expected counts of a simulation: the same when they are asked for again, in whatever order and thread."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,3 +39,13 @@ def test_some_frames_are_those_of_the_whole(drawn):
     simulation: Simulation = drawn(3)
     chosen = np.array([1, 4, 5])
     np.testing.assert_allclose(simulation.of(chosen).expected(80.0), simulation.expected(80.0)[chosen], rtol=1e-12)
+
+
+def test_the_background_is_what_it_is_with_the_effects_that_are_there(drawn):
+    simulation = drawn(3)
+    pedestal = find_effect("ambient_pedestal").at(level=[1.0, 2, 3, 4])
+    tail = find_effect("impulse_tail").at()
+    found = simulation.rendering(1.0, (tail, pedestal)).background
+    np.testing.assert_allclose(np.broadcast_to(found, (24, 4, 1))[5, :, 0], simulation.background + [1, 2, 3, 4])
+    given = replace(simulation, given=(pedestal,)).rendering(1.0).background
+    np.testing.assert_array_equal(given, found)

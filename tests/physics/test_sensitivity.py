@@ -26,15 +26,18 @@ def test_one_for_every_parameter_and_zone():
 
     def model(now):
         level, counter = now[0].values["level"], now[1].values
-        growth = now[0].values["growth"]
-        return np.array([level[0] * 5, level[1] * 7, growth * 11, counter["lost"] * 3, counter["ceiling"] * 2])
+        growth, more = now[0].values["growth"], now[0].values["more"]
+        return np.array(
+            [level[0] * 5, level[1] * 7, growth * 11, more * 13, counter["lost"] * 3, counter["ceiling"] * 2]
+        )
 
     found = derivatives(model, settings)
     assert [(d.effect, d.parameter, d.zone) for d in found] == [
         ("ambient_pedestal", "level", 0),
         ("ambient_pedestal", "level", 1),
         ("ambient_pedestal", "growth", None),
+        ("ambient_pedestal", "more", None),
         ("counter_saturation", "lost", None),
         ("counter_saturation", "ceiling", None),
     ]
-    assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([5.0, 7, 11, 3, 2]), abs=1e-6)
+    assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([5.0, 7, 11, 13, 3, 2]), abs=1e-6)

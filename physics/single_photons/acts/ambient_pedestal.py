@@ -11,5 +11,5 @@ from physics.single_photons.world import World
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many counts more in each bin by the time of this frame."""
-    more = by_zone(world, values["level"]) + values["growth"] * world.time_s
+    more = by_zone(world, values["level"]) + values["growth"] * world.time_s + values["more"] * world.background
     return replace(world, background=np.maximum(world.background + more, 0))

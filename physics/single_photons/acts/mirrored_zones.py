@@ -10,8 +10,8 @@ from recordings.refusal import Refusal
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Each photon from the scene has its zone or line exchanged for another or not, by chance; then its row mirrored,
-    its column, and the two exchanged with each other.
+    """Each photon from the scene has its zone put in another order or not, by chance; then it or its line exchanged for
+    another; then its row mirrored, its column, and the two exchanged with each other.
 
     The zone that counts it times it by its own clock. What never was in the field of view has no map to be on.
     """
@@ -20,7 +20,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
         raise Refusal(
             f"mirrored_zones: transposed is {values['transposed']:g} on {rows} x {columns} zones, expected 0 there"
         )
-    row, column = np.divmod(_in_pairs(photons.zone, world.zone_grid, values, rng), columns)
+    zone = _in_order(photons.zone, world.zone_grid, values, rng)
+    row, column = np.divmod(_in_pairs(zone, world.zone_grid, values, rng), columns)
     row = np.where(rng.random(len(photons)) < values["rows"], rows - 1 - row, row)
     column = np.where(rng.random(len(photons)) < values["columns"], columns - 1 - column, column)
     turned = rng.random(len(photons)) < values["transposed"]
@@ -28,6 +29,15 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     zone = np.where(photons.pixel == NO_PIXEL, photons.zone, row * columns + column).astype(photons.zone.dtype)
     time = photons.time_s + world.time_zero_s[zone] - world.time_zero_s[photons.zone]
     return replace(photons, zone=zone, time_s=time)
+
+
+def _in_order(zone: np.ndarray, grid: tuple[int, int], values: Values, rng: np.random.Generator) -> np.ndarray:
+    """(N,) zones that take the place of these, for each photon by chance; these where what is given is no order."""
+    taker = {round(float(place)): one for one, place in enumerate(np.atleast_1d(values["place"]))}
+    if sorted(taker) != list(range(grid[0] * grid[1])):
+        return zone
+    other = np.array([taker[place] for place in range(len(taker))])[zone]
+    return np.where(rng.random(len(zone)) < values["reordered"], other, zone)
 
 
 def _in_pairs(zone: np.ndarray, grid: tuple[int, int], values: Values, rng: np.random.Generator) -> np.ndarray:

@@ -16,5 +16,5 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - values["still"] * ahead
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
-    jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1)
+    jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1) + values["spread"] * rng.standard_normal(len(far))
     return photons.and_also(replace(far, time_s=far.time_s + jitter_s))

@@ -9,11 +9,9 @@ from physics.single_photons.world import Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Each by what there was in the first frame and has come together since."""
-    late = (
-        values["at_start"]
-        + values["rate"] * world.time_s
-        + values["warmup"] * (1 - np.exp(-world.time_s / values["tau"]))
-    )
-    late += values["curve"] * world.time_s**2
-    return replace(photons, time_s=photons.time_s + late)
+    """Each by what has come together since time zero was right."""
+    late = [
+        values["rate"] * t + values["curve"] * t**2 + values["warmup"] * (1 - np.exp(-t / values["tau"]))
+        for t in (world.time_s, values["zero_at"])
+    ]
+    return replace(photons, time_s=photons.time_s + late[0] - late[1])

@@ -6,6 +6,7 @@ import pytest
 from physics.effects.ambient_pedestal import effect as pedestal
 from physics.effects.gain_drift import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 
 @pytest.fixture
@@ -45,3 +46,10 @@ def test_a_pedestal_is_background_and_no_laser_dims_it(model):
     both = model.expected(50.0, [effect.at(rate=4, background=1), pedestal.at(level=7)])
     alone = model.expected(50.0, [effect.at(rate=4, background=1)])
     np.testing.assert_allclose((both - alone)[2], 7 * np.exp(0.8))
+
+
+def test_what_does_not_settle_is_no_drift(small):
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0)  # 0.2 s long
+    assert effect.strained(effect.at(warmup=0.1, tau=1e4).values, rendering)
+    assert not effect.strained(effect.at(warmup=0.1, tau=0.3).values, rendering)
+    assert not effect.strained(effect.at(rate=0.1).values, rendering)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 from scipy.stats import poisson
 
-from physics.effects.mirrored_zones import effect, exchange, exchanged, gain_in_place
+from physics.effects.mirrored_zones import effect, exchange, exchanged, gain_in_place, reordered
 from physics.footprint import footprints
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
@@ -64,6 +64,22 @@ def test_two_lines_are_exchanged_and_found_to_be(name):
     starts = effect.starts(3 * expected[:, order] - expected, expected, seen)
     (found,) = [start for start in starts if name in start]
     assert {found["first"], found["second"]} == {first, second}
+
+
+@given(st.permutations(range(6)))
+def test_any_order_is_found_and_made(order):
+    """Against a permutation written down by indexing."""
+    expected = 100 + 50 * np.random.default_rng(3).random((4, 6, 20))
+    seen = SimpleNamespace(footprints=SimpleNamespace(zone_grid=(2, 3)))
+    found = effect.starts(3 * expected[:, order] - expected, expected, seen)[-1]
+    np.testing.assert_array_equal(found["place"], order)
+    values = effect.at(reordered=0.25, place=found["place"]).values
+    np.testing.assert_allclose(reordered((2, 3), values) @ np.eye(6), 0.75 * np.eye(6) + 0.25 * np.eye(6)[list(order)])
+
+
+def test_what_is_no_order_leaves_zones_where_they_were():
+    values = effect.at(reordered=1.0, place=[0, 0, 1, 2, 3, 4]).values
+    np.testing.assert_array_equal(reordered((2, 3), values), np.eye(6))
 
 
 def test_what_a_zone_gains_in_the_place_of_another():

@@ -47,7 +47,18 @@ def test_it_suggests_where_a_pulse_is_in_one_zone_only(model, small, apparent, s
     assert abs(starts[0]["apparent_range"] - apparent) < 0.04
     # A bin in 0.2 s is 0.2 m/s.
     assert abs(starts[0]["speed"] - speed) < 0.5
-    assert {start["jitter"] for start in starts} == set(effect.parameter("jitter").tries)
+    for name in ("jitter", "spread"):
+        assert {start[name] for start in starts if name in start} == set(effect.parameter(name).tries)
+
+
+def test_a_period_that_varies_by_chance_makes_a_longer_pulse(model, small):
+    """Against the mean of pulses at ranges that a normal density weights."""
+    sigma, nodes = 3e-10, np.linspace(-6, 6, 301)
+    weights = np.exp(-(nodes**2) / 2)
+    each = [more(model, counts=50, apparent_range=0.6 + C / 2 * sigma * node, jitter=0) for node in nodes]
+    wanted = np.tensordot(weights / weights.sum(), each, axes=1)
+    found = more(model, counts=50, apparent_range=0.6, spread=sigma, jitter=0)
+    np.testing.assert_allclose(found, wanted, atol=1e-3 * wanted.max())
 
 
 def test_it_is_what_photons_of_jittered_shots_make(model, small):

@@ -142,3 +142,19 @@ def test_black_and_unknown_stay_dark_and_the_rest_is_finite(contrast, step, spot
     assert (strength >= 0).all()
     assert (strength[0, 0, :2] == 0).all()
     assert np.isnan(found.reflectance[0, 0, 1])
+
+
+@given(st.floats(0.3, 0.7), st.floats(1.3, 1.9))
+def test_it_suggests_the_gap_between_an_object_and_the_wall_behind(near, far):
+    rng = np.random.default_rng(6)
+    depth = np.where(np.arange(10) < 3, near, far) * rng.uniform(0.98, 1.02, SHAPE)
+    light = direct_light(depth, INTRINSICS)
+    found = [
+        start["near_range"] for start in effect.starts(None, None, SimpleNamespace(light=light)) if "one" not in start
+    ]
+    assert any((light.range_m[..., :3] < at).all() and (light.range_m[..., 3:] > at).all() for at in found)
+
+
+def test_one_wall_has_no_gap():
+    light = SimpleNamespace(range_m=np.full(SHAPE, 1.0))
+    assert all("one" in start for start in effect.starts(None, None, SimpleNamespace(light=light)))

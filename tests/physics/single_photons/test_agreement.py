@@ -19,7 +19,12 @@ STRENGTHS = {
         {"probability": 0.5, "tau": 1e-9},
         {"probability": 0.4, "tau": 2e-9, "dead": 9e-10},
     ],
-    "ambient_pedestal": [{"level": [900, 0, 3000, 50]}, {"level": 500, "growth": 2e4}, {"level": 60, "growth": -600}],
+    "ambient_pedestal": [
+        {"level": [900, 0, 3000, 50]},
+        {"level": 500, "growth": 2e4},
+        {"level": 60, "growth": -600},
+        {"more": 1.5},
+    ],
     "bin_nonlinearity": [
         {"alternation": 0.25, "slope": 0},
         {"alternation": -0.1, "slope": 0.12},
@@ -61,6 +66,7 @@ STRENGTHS = {
         {"rows": 0, "columns": 1, "transposed": 1},
         {"zones_exchanged": 0.7, "first": 1, "second": 2},
         {"rows_exchanged": 1, "columns_exchanged": 0.4, "transposed": 1},
+        {"reordered": 0.8, "place": [2, 0, 3, 1], "rows": 1},
     ],
     "multipath": [
         {"between": 1, "sensor": 0, "outside": 0},
@@ -86,6 +92,7 @@ STRENGTHS = {
         {"counts": [3e4, 1e4, 0, 2e4]},
         {"counts": 2e4, "apparent_range": 0.4, "jitter": 0},
         {"counts": 3e4, "apparent_range": 0.4, "speed": 4},
+        {"counts": 3e4, "apparent_range": 0.5, "spread": 4e-10},
     ],
     "range_falloff": [
         {"overlap_range": 0.4},
@@ -129,7 +136,7 @@ STRENGTHS = {
         {"rate": -2e-9},
         {"warmup": 4e-10, "tau": 0.1},
         {"rate": 3e-9, "curve": -1e-8},
-        {"rate": 3e-9, "at_start": -4e-10},
+        {"rate": 3e-9, "zero_at": 0.13},
     ],
     "time_zero_offset": [{"delay": [3e-10, -2e-10, 0, 1e-10]}],
     "window_clipping": [

@@ -1,0 +1,39 @@
+"""Other beginnings: where one effect after the other leads elsewhere, depending on which was chosen first."""
+
+from mismatch.form import Form
+from mismatch.leftover import what_is_left
+from mismatch.rivals import evidence
+from mismatch.selection import Round, begun_with, select
+from mismatch.simulation import Simulation
+
+# So many of the first round's other candidates are tried as the first.
+OTHERS = 2
+
+
+def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
+    """The selection that begins with the best effect, or with another where that leads to what is likelier.
+
+    The first may take up parts of two causes and leave a third to be named. Others are tried where more than one
+    effect was chosen, or something is left.
+    """
+    best = select(train, test, forms)
+    found = best[-1].before
+    if not found.forms or (len(found.forms) == 1 and not what_is_left(train, found)):
+        return best
+    likeliest = evidence(train, test, found)
+    for candidate in _others(best[0]):
+        other = begun_with(train, test, forms, best[0], candidate)
+        there = evidence(train, test, other[-1].before)
+        if there > likeliest:
+            best, likeliest = other, there
+    return best
+
+
+def _others(first: Round) -> list:
+    """The best candidate of each effect that was not chosen and stands out, the best first."""
+    found = {}
+    for candidate in first.candidates:
+        name = candidate.form.effect.id
+        if name != first.chosen.form.effect.id and candidate.stands_out(len(first.candidates)):
+            found.setdefault(name, candidate)
+    return list(found.values())[:OTHERS]
