@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mismatch.candidates import Candidate, candidates_of, price
-from mismatch.fit import Fit, fit, fit_nominal
+from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.noise import frame_gain_sigma
@@ -43,7 +43,7 @@ class Round:
 def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
     """Add one effect at a time while the frames held out agree; drop what another makes superfluous."""
     now = fit_nominal(train)
-    return _onward(train, test, forms, [], fit_nominal(train, frame_gain_sigma(train, now.expected)))
+    return _onward(train, test, forms, [], fit_nominal(train, fluctuation(train, now)))
 
 
 def begun_with(
@@ -134,7 +134,13 @@ def coordinates(fitted: Fit, form: Form) -> np.ndarray:
 
 def refreshed(train: Simulation, fitted: Fit) -> Fit:
     """The fit with the frames' fluctuation that is left beside its effects."""
-    sigma = frame_gain_sigma(train, fitted.expected)
+    sigma = fluctuation(train, fitted)
     if sigma == fitted.frame_gain_sigma:
         return fitted
     return fit(train, fitted.forms, fitted.x, sigma)
+
+
+def fluctuation(train: Simulation, fitted: Fit) -> float:
+    """How much gain fluctuates from frame to frame beside a fit: of all frames, as of some few are successive."""
+    every = train if train.whole is None else train.whole
+    return frame_gain_sigma(every, expected_at(every, fitted.forms, fitted.x))

@@ -61,11 +61,15 @@ class ForwardModel:
                 counts += now.background  # In place: no third array.
                 now = replace(now, expected=counts)
             acting = [setting for setting in settings if noun in setting.effect.changes]
+            # Where zones look goes by where things are, not by how bright they are.
+            still = noun == "footprints" and now.light.range_m is self._start.light.range_m
+            made_by = () if still else key
             for i, setting in enumerate(acting):
                 # How bright it is may matter to when light is registered.
                 if noun != "background":  # The signal does not depend on it.
-                    key = (*key, noun, gain if noun == "arrivals" else None, setting.key)
-                made = self._once(f"{noun} {i}", key, partial(_through, now, setting, noun))
+                    this = (noun, gain if noun == "arrivals" else None, setting.key)
+                    key, made_by = (*key, *this), (*made_by, *this)
+                made = self._once(f"{noun} {i}", made_by, partial(_through, now, setting, noun))
                 now = replace(now, **{noun: made})
         return now.expected
 

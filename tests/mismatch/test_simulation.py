@@ -46,6 +46,6 @@ def test_the_background_is_what_it_is_with_the_effects_that_are_there(drawn):
     pedestal = find_effect("ambient_pedestal").at(level=[1.0, 2, 3, 4])
     tail = find_effect("impulse_tail").at()
     found = simulation.rendering(1.0, (tail, pedestal)).background
-    np.testing.assert_allclose(np.broadcast_to(found, (24, 4, 1))[5, :, 0], simulation.background + [1, 2, 3, 4])
+    np.testing.assert_allclose(np.broadcast_to(found, (24, 4, 1))[5, :, 0], simulation.background + np.arange(1.0, 5))
     given = replace(simulation, given=(pedestal,)).rendering(1.0).background
     np.testing.assert_array_equal(given, found)

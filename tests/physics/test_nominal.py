@@ -62,6 +62,18 @@ def test_what_is_kept_between_calls_changes_nothing(small):
         np.testing.assert_array_equal(kept.expected(gain, effects), fresh)
 
 
+def test_footprints_are_made_once_however_bright_things_are_but_not_wherever_they_are(small, monkeypatch):
+    kind, made = type(find_effect("parallax")), []
+    original = kind.footprints
+    monkeypatch.setattr(kind, "footprints", lambda *given: made.append(1) or original(*given))
+    model, parallax = ForwardModel(small.light, small.footprints, small.clock), find_effect("parallax").at()
+    for contrast in (0.1, 0.2, 0.3):
+        model.expected(1.0, [parallax, find_effect("reflectance_map").at(contrast=contrast)])
+    assert len(made) == 1
+    model.expected(1.0, [parallax, find_effect("time_lag").at(lag=0.03)])
+    assert len(made) == 2
+
+
 def test_effects_compose_in_the_order_of_their_stages_however_they_are_named(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     settings = [find_effect(i).at() for i in ("pile_up", "ambient_pedestal", "impulse_tail")]
