@@ -1,9 +1,11 @@
 """Other beginnings: where one effect after the other leads elsewhere, depending on which was chosen first."""
 
+from mismatch.candidates import Candidate
+from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
 from mismatch.rivals import evidence
-from mismatch.selection import Round, begun_with, select
+from mismatch.selection import MOST_EFFECTS, Round, begun_with, select
 from mismatch.simulation import Simulation
 
 # So many of the first round's other candidates are tried as the first.
@@ -13,12 +15,12 @@ OTHERS = 2
 def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
     """The selection that begins with the best effect, or with another where that leads to what is likelier.
 
-    The first may take up parts of two causes and leave a third to be named. Others are tried where more than one
-    effect was chosen, or something is left.
+    The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
+    stretched or leaves something, unless it is as many effects as there may be: then none of the library's will do.
     """
     best = select(train, test, forms)
     found = best[-1].before
-    if not found.forms or (len(found.forms) == 1 and not what_is_left(train, found)):
+    if not found.forms or not _doubtful(train, found):
         return best
     likeliest = evidence(train, test, found)
     for candidate in _others(best[0]):
@@ -29,7 +31,15 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
     return best
 
 
-def _others(first: Round) -> list:
+def _doubtful(train: Simulation, found: Fit) -> bool:
+    """Whether names are stretched or contradicted, or fewer than there may be leave something."""
+    rendering = train.rendering(found.gain)
+    if any(s.effect.strained(s.values, rendering) or s.effect.contradiction(s.values) for s in found.settings):
+        return True
+    return len(found.forms) < MOST_EFFECTS and bool(what_is_left(train, found))
+
+
+def _others(first: Round) -> list[Candidate]:
     """The best candidate of each effect that was not chosen and stands out, the best first."""
     found = {}
     for candidate in first.candidates:

@@ -15,48 +15,58 @@ def candidate(name, stands_out=True):
 
 @pytest.fixture
 def tried(monkeypatch):
-    """Selections by what they began with; `likely` says how likely each is, `found` how many effects it has."""
-    begun = []
-    likely = {"tail": 10.0}
-    found = {"tail": 2}
+    """Selections by what they began with. likely: how likely each is; of the first: how many effects it has, whether
+    one is strained or contradicted, what is left."""
+    made = SimpleNamespace(begun=[], likely={"tail": 10.0}, effects=2, strained=False, contradiction=None, left=())
+    effect = SimpleNamespace(
+        strained=lambda values, rendering: made.strained, contradiction=lambda values: made.contradiction
+    )
 
     def selection(name, candidates):
-        fitted = SimpleNamespace(forms=("form",) * found.get(name, 2), name=name)
+        settings = (SimpleNamespace(effect=effect, values={}),) * made.effects
+        fitted = SimpleNamespace(forms=settings, settings=settings, gain=1.0, name=name)
         return [SimpleNamespace(candidates=candidates, chosen=candidates[0], before=fitted)]
 
     def begun_with(train, test, forms, first, other):
-        begun.append(other.form.effect.id)
+        made.begun.append(other.form.effect.id)
         return selection(other.form.effect.id, [other])
 
     candidates = [candidate(n) for n in ("tail", "tail", "walk", "walk")]
     candidates += [candidate("width", False), candidate("fog"), candidate("gain")]
     monkeypatch.setattr(beginnings, "select", lambda *_: selection("tail", candidates))
     monkeypatch.setattr(beginnings, "begun_with", begun_with)
-    monkeypatch.setattr(beginnings, "evidence", lambda train, test, fitted: likely.get(fitted.name, 0.0))
-    monkeypatch.setattr(beginnings, "what_is_left", lambda train, fitted: ())
-    return SimpleNamespace(begun=begun, likely=likely, found=found)
+    monkeypatch.setattr(beginnings, "evidence", lambda train, test, fitted: made.likely.get(fitted.name, 0.0))
+    monkeypatch.setattr(beginnings, "what_is_left", lambda train, fitted: made.left)
+    return made
 
 
-def test_two_others_that_stand_out_are_tried_once_each(tried):
-    assert likeliest_selection(None, None, [])[-1].before.name == "tail"
+TRAIN = SimpleNamespace(rendering=lambda gain: None)
+
+
+def selected():
+    return likeliest_selection(TRAIN, None, [])[-1].before.name
+
+
+@pytest.mark.parametrize("doubt", [{"left": ("a place",)}, {"strained": True}, {"contradiction": "why"}])
+def test_two_others_that_stand_out_are_tried_once_each_where_there_is_doubt(tried, doubt):
+    vars(tried).update(doubt)
+    assert selected() == "tail"
     assert tried.begun == ["walk", "fog"]
 
 
 @pytest.mark.parametrize("name", ["walk", "fog"])
 def test_the_likelier_is_kept(tried, name):
-    tried.likely[name] = 11.0
-    assert likeliest_selection(None, None, [])[-1].before.name == name
+    tried.left, tried.likely[name] = ("a place",), 11.0
+    assert selected() == name
 
 
-@pytest.mark.parametrize("effects", [0, 1])
-def test_where_one_effect_or_none_leaves_nothing_no_other_is_tried(tried, effects):
-    tried.found["tail"] = effects
-    likeliest_selection(None, None, [])
+def test_without_doubt_no_other_is_tried(tried):
+    assert selected() == "tail"
     assert tried.begun == []
 
 
-def test_where_one_effect_leaves_something_others_are_tried(tried, monkeypatch):
-    tried.found["tail"] = 1
-    monkeypatch.setattr(beginnings, "what_is_left", lambda train, fitted: ("a place",))
-    likeliest_selection(None, None, [])
-    assert tried.begun == ["walk", "fog"]
+@pytest.mark.parametrize(("effects", "others"), [(0, False), (1, True), (2, True), (3, False)])
+def test_what_is_left_by_nothing_or_by_all_that_may_be_is_left(tried, effects, others):
+    tried.effects, tried.left = effects, ("a place",)
+    selected()
+    assert bool(tried.begun) == others
