@@ -28,7 +28,7 @@ NEAR, FAR = 1.0, 2.5
 # they do: another formula of theirs would not.
 ELSEWHERE = 0.8
 # Deviance by which an effect must beat others where its name is stretched.
-STRAINED = 12.0
+STRAINED = 25.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -118,19 +118,11 @@ def logarithmic(parameter: Parameter) -> bool:
     return parameter.low > 0 and parameter.high > LOGARITHMIC * parameter.low
 
 
-def unit_of(parameter: Parameter) -> float:
-    """One unit of its coordinate: a size at which it matters."""
-    for value in (parameter.start, *parameter.tries):
-        if value:
-            return abs(value)
-    return 0.05 * (parameter.high - parameter.low) if np.isfinite(parameter.high - parameter.low) else 1.0
-
-
 def to_coordinate(parameter: Parameter, value: float) -> float:
     """A coordinate of order one, in proportion to which counts change."""
     if logarithmic(parameter):
         return float(np.log(value / parameter.start))
-    part = value / unit_of(parameter)
+    part = value / parameter.size
     return float(part**parameter.power) if parameter.power != 1 else part
 
 
@@ -139,7 +131,7 @@ def to_value(parameter: Parameter, x: float) -> float:
     if logarithmic(parameter):
         value = parameter.start * np.exp(x)
     else:
-        value = unit_of(parameter) * (max(x, 0.0) ** (1 / parameter.power) if parameter.power != 1 else x)
+        value = parameter.size * (max(x, 0.0) ** (1 / parameter.power) if parameter.power != 1 else x)
     return float(np.clip(value, parameter.low, parameter.high))
 
 
@@ -148,8 +140,8 @@ def slope_of(parameter: Parameter, x: float) -> float:
     if logarithmic(parameter):
         return abs(to_value(parameter, x))
     if parameter.power == 1:
-        return unit_of(parameter)
-    return unit_of(parameter) / parameter.power * max(x, LEAST) ** (1 / parameter.power - 1)
+        return parameter.size
+    return parameter.size / parameter.power * max(x, LEAST) ** (1 / parameter.power - 1)
 
 
 def bounds(parameter: Parameter) -> tuple[float, float]:

@@ -7,13 +7,17 @@ from mismatch.projection import Projection
 from mismatch.score import Score, score
 from mismatch.simulation import Simulation
 
+# Forms of more strengths than this are tried only as richer ones of an effect that was chosen: each takes a rendering.
+MOST_STRENGTHS = 6
+
 
 def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
     """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
     projection = Projection(simulation, fitted)
     by_effect: dict[str, list[Form]] = {}
     for form in forms:
-        by_effect.setdefault(form.effect.id, []).append(form)
+        if len(form.strengths) <= MOST_STRENGTHS:
+            by_effect.setdefault(form.effect.id, []).append(form)
 
     def of_effect(same: list[Form]) -> list[Score]:
         # Where effects that look begin, only the data say.

@@ -32,5 +32,8 @@ class Motion:
 
     def forward_m(self, time_s: np.ndarray) -> np.ndarray:
         """(F,) how far it has moved along the axis on which it looked at the beginning."""
-        nearest = np.abs(self.time_s[:, None] - np.asarray(time_s, float)).argmin(axis=0)
-        return self.start_from_camera[nearest, 2, 3]
+        return self.start_from_camera[self.nearest(time_s), 2, 3]
+
+    def nearest(self, time_s: np.ndarray) -> np.ndarray:
+        """(F,) which of its own times are nearest to these."""
+        return np.abs(self.time_s[:, None] - np.asarray(time_s, float)).argmin(axis=0)

@@ -31,6 +31,14 @@ class Parameter:
     tries: tuple[float, ...] = ()
     power: float = 1.0
 
+    @property
+    def size(self) -> float:
+        """A size at which it matters: where it begins, or a part of what is admitted where that is at 0."""
+        for value in (self.start, *self.tries):
+            if value:
+                return abs(value)
+        return 0.05 * (self.high - self.low) if np.isfinite(self.high - self.low) else 1.0
+
     def checked(self, value: Any, place: str) -> float | np.ndarray:
         """The value as a number, or (P,) numbers; refuses what is none or out of bounds."""
         try:

@@ -6,6 +6,7 @@ from scipy.special import expit
 from physics.effect import Values
 from physics.light import Light
 from physics.segments import segments
+from physics.texture import POWERS, texture
 
 # The reflectance that contrast leaves as it is. One number for all scenes, so that frames do not depend on each other;
 # which one does not matter where a gain is fitted.
@@ -20,10 +21,9 @@ A_SIDE, APART = 0.01, 0.1
 # Part of all pixels that is as good as none.
 EMPTY = 1e-4
 
-# The texture's terms of first and second order.
-TEXTURE = ("slope_x", "slope_y", "bow_x", "bow_y", "bow_xy")
-# Surfaces that have factors of their own at once, beside the largest.
-SURFACES = tuple(f"surface_{k}" for k in range(2, 5))
+# Surfaces that have factors of their own at once, beside the largest; the first FEW of them are tried before all.
+FEW = 3
+SURFACES = tuple(f"surface_{k}" for k in range(2, 9))
 
 
 def by_surface(values: Values) -> bool:
@@ -37,10 +37,8 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
     if values["spot"] != 0:
         x, y = light.rays[..., 0] - values["spot_x"], light.rays[..., 1] - values["spot_y"]
         found = values["spot"] * np.exp(-(x**2 + y**2) / (2 * values["spot_size"] ** 2))
-    if any(values[name] != 0 for name in TEXTURE):
-        x, y = light.rays[..., 0], light.rays[..., 1]
-        terms = zip(TEXTURE, (x, y, x**2, y**2, x * y), strict=True)
-        found = found + sum(values[name] * term for name, term in terms)
+    if any(values[name] != 0 for name in POWERS):
+        found = found + texture(values, light)
     if values["contrast"] != 0 or values["step"] != 0:
         log = np.log(np.where(light.reflectance > 0, light.reflectance, MIDDLE).astype(float))
         found = found + values["contrast"] * (log - np.log(MIDDLE))

@@ -49,7 +49,7 @@ def derivatives(model: Model, settings: tuple[Setting, ...]) -> list[Derivative]
 
 def difference(at: Callable[[float], np.ndarray], here: float, parameter: Parameter) -> np.ndarray:
     """The derivative of `at` by the value of the parameter, at `here`."""
-    step = RELATIVE_STEP * (max(abs(here), abs(parameter.start)) or 0.05 * (parameter.high - parameter.low))
+    step = RELATIVE_STEP * max(abs(here), parameter.size)
     if here - step >= parameter.low and here + step <= parameter.high:
         return (at(here + step) - at(here - step)) / (2 * step)
     step = step if here + 2 * step <= parameter.high else -step

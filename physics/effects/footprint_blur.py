@@ -20,7 +20,8 @@ class FootprintBlur(Effect):
     Scans with a patch of finite size give maps that are wider than the zones: by a twelfth of its side squared. Then
     the variance is negative, and maps are sharpened, w + amount · (w − blurred w), not below 0, and brought back to
     their sum, or to part of the way. With amount 1, to first order, their variance falls by as much as is said as long
-    as nothing reaches 0.
+    as nothing reaches 0. Where patch or motion are longer one way, the variance is exp(taller) times as large down
+    the image, and as much smaller along it.
     """
 
     id = "footprint_blur"
@@ -34,7 +35,7 @@ class FootprintBlur(Effect):
         ),
         LookAlike("footprint_shift", "Let an edge enter the field from either side: a blur is early on both."),
     )
-    forms = (("variance",), ("variance", "amount", "kept"))
+    forms = (("variance",), ("variance", "taller"), ("variance", "amount", "kept"))
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(
@@ -47,6 +48,14 @@ class FootprintBlur(Effect):
             tries=(36.0, -100.0),
             vanishes_at=0.0,
             sentence="Square of the blur's standard deviation in pixels of the full-size image; negative sharpens.",
+        ),
+        Parameter(
+            "taller",
+            unit="1",
+            low=-3.0,
+            high=3.0,
+            start=0.0,
+            sentence="Logarithm of how many times the variance there is down the image, and over how many along it.",
         ),
         Parameter(
             "amount",
@@ -71,15 +80,18 @@ class FootprintBlur(Effect):
         variance = values["variance"]
         if variance == 0:
             return rendering.footprints
-        return rendering.footprints.redrawn(lambda table: blurred(table, variance, values["amount"], values["kept"]))
+        how = [values[name] for name in ("amount", "kept", "taller")]
+        return rendering.footprints.redrawn(lambda table: blurred(table, variance, *how))
 
 
-def blurred(table: np.ndarray, variance_px2: float, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
+def blurred(
+    table: np.ndarray, variance_px2: float, amount: float = 1.0, kept: float = 1.0, taller: float = 0.0
+) -> np.ndarray:
     """(P, Y, X) maps of zones, blurred by a variance in pixels squared; sharpened where it is negative."""
 
     def one(zone: np.ndarray) -> np.ndarray:
         zone = zone.astype(float)
-        spread = diffused(zone, abs(variance_px2))
+        spread = diffused(zone, abs(variance_px2), taller)
         if variance_px2 > 0:
             return spread
         sharp = np.maximum(zone + amount * (zone - spread), 0)
@@ -89,12 +101,13 @@ def blurred(table: np.ndarray, variance_px2: float, amount: float = 1.0, kept: f
     return np.stack(in_parallel(one, table))
 
 
-def diffused(image: np.ndarray, variance_px2: float) -> np.ndarray:
-    """(Y, X) after diffusion for a time of that variance, no flux through the edges.
+def diffused(image: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.ndarray:
+    """(Y, X) after diffusion for a time of that variance, no flux through the edges; faster down where `taller`.
 
     The cosine of frequency ω decays with 1 − cos ω: eigenvalue of half the second difference.
     """
-    down, along = (variance_px2 * (1 - np.cos(np.pi * np.arange(n) / n)) for n in image.shape)
+    each = variance_px2 * np.exp(taller), variance_px2 * np.exp(-taller)
+    down, along = (one * (1 - np.cos(np.pi * np.arange(n) / n)) for one, n in zip(each, image.shape, strict=True))
     return np.maximum(idctn(dctn(image) * np.exp(-down)[:, None] * np.exp(-along)), 0)
 
 

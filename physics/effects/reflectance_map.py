@@ -6,11 +6,12 @@ import numpy as np
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
-from physics.reflectances import SURFACES, TEXTURE, by_surface, gaps, log_factor
+from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
+from physics.texture import COARSE, POWERS, PRODUCTS
 
 # Surfaces that a fit tries alone, and gaps in range that it tries as ends of what is near.
-ALONE, GAPS = 5, 4
+ALONE, GAPS = 8, 4
 
 
 class ReflectanceMap(Effect):
@@ -18,13 +19,15 @@ class ReflectanceMap(Effect):
     + spot·exp(-d²/2·size²) + texture + one at surface number `surface` + surface_k at surface number k).
 
     s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
-    slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y of these tangents: what varies slowly over the view, as the
-    finish of one large wall does that is seen from one place. Contrast stands for a guess from colour that is too flat
-    or too steep, the step for dyes that are dark in colour and bright in the near infrared (or the reverse), the near
-    step for an object before a wall, the spot for what the field of view itself carries: dirt, vignetting, a label.
-    Nothing is cut at 1: reflectance is known up to the gain, and a surface that sends light back to where it came from
-    outshines a white matt one. Surfaces are told apart and followed through the frames by their geometry (`segments`),
-    and numbered by their pixels in all of them, the largest first: an object of another material, or each of several.
+    a polynomial of these tangents, slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y + bend_xxx·x³ + ..., or of
+    metres to the right and down in the camera's frame when the session began: what varies slowly over the view, as the
+    finish of one large wall does that is seen from one place, or over the world, as that of walls one moves along.
+    Contrast stands for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and
+    bright in the near infrared (or the reverse), the near step for an object before a wall, the spot for what the field
+    of view itself carries: dirt, vignetting, a label. Nothing is cut at 1: reflectance is known up to the gain, and a
+    surface that sends light back to where it came from outshines a white matt one. Surfaces are told apart and followed
+    through the frames by their geometry (`segments`), and numbered by their pixels in all of them, the largest first:
+    an object of another material, or each of several.
     Where no reflectance is assumed it is 1 everywhere: then contrast is a gain, the step nothing unless `level` is near
     1, and the rest the same as ever.
     """
@@ -45,8 +48,10 @@ class ReflectanceMap(Effect):
         ("near",),
         ("near", "near_range"),
         ("spot", "spot_x", "spot_y", "spot_size"),
-        TEXTURE,
+        tuple(COARSE),
+        tuple(POWERS),
         ("one",),
+        SURFACES[:FEW],
         SURFACES,
     )
     parameters = (
@@ -132,34 +137,12 @@ class ReflectanceMap(Effect):
             tries=(0.08, 0.25),
             sentence="Standard deviation of the spot, as a tangent.",
         ),
-        Parameter(
-            "slope_x",
-            "1",
-            -2.0,
-            2.0,
-            0.1,
-            "Logarithm of the factor per unit of the tangent x/z: brighter to the right.",
-            vanishes_at=0.0,
+        *(
+            Parameter(name, "1", -20.0, 20.0, 0.1, f"Log-factor per {product} of the texture.", vanishes_at=0.0)
+            for name, product in PRODUCTS.items()
         ),
         Parameter(
-            "slope_y",
-            "1",
-            -2.0,
-            2.0,
-            0.1,
-            "Logarithm of the factor per unit of the tangent y/z: brighter at the bottom.",
-            vanishes_at=0.0,
-        ),
-        Parameter("bow_x", "1", -2.0, 2.0, 0.1, "Log-factor per square of the tangent x/z.", vanishes_at=0.0),
-        Parameter("bow_y", "1", -2.0, 2.0, 0.1, "Log-factor per square of the tangent y/z.", vanishes_at=0.0),
-        Parameter(
-            "bow_xy",
-            "1",
-            -2.0,
-            2.0,
-            0.1,
-            "Logarithm of the factor per product of the tangents x/z and y/z.",
-            vanishes_at=0.0,
+            "on_surface", "1", 0.0, 1.0, 0.0, "1 where x and y are metres in the world, 0 where they are tangents."
         ),
         Parameter("one", "1", -5.0, 5.0, 0.3, "Logarithm of the factor on surface `surface`.", vanishes_at=0.0),
         Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
@@ -182,12 +165,13 @@ class ReflectanceMap(Effect):
         return replace(light, reflectance=(light.reflectance * factor).astype(np.float32), returns=(lit, *others))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Each of the largest surfaces alone; what is nearer than gaps in range."""
+        """Each of the largest surfaces alone; textures of view and world; what is nearer than gaps in range."""
         alone = [{"one": self.parameter("one").start, "surface": float(k)} for k in range(1, ALONE + 1)]
         ends = self.parameter("near_range").low, self.parameter("near_range").high
         near = self.parameter("near").start
+        where = [{"slope_x": self.parameter("slope_x").start, "on_surface": one} for one in (0.0, 1.0)]
         gap = [at for at in gaps(rendering.light, GAPS) if ends[0] < at < ends[1]]
-        return alone + [{"near": near, "near_range": at} for at in gap]
+        return alone + where + [{"near": near, "near_range": at} for at in gap]
 
 
 effect = ReflectanceMap()

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq, minimize
 
 from mismatch.errors import covariance
-from mismatch.form import forms_of, unit_of
+from mismatch.form import forms_of
 from mismatch.steps import limits
 from physics.effects import find_effect
 
@@ -80,12 +80,12 @@ def test_what_data_do_not_tell_is_as_uncertain_as_its_bounds_are_wide():
     found = np.sqrt(np.diag(covariance((form,), np.zeros(len(low)), information, never)))
     assert found[1] == pytest.approx(high[1] - low[1])
     assert found[2] == pytest.approx(0.01, rel=1e-3)
-    assert found[1] * unit_of(form.effect.parameter("edge")) == pytest.approx(1.0)
+    assert found[1] * form.effect.parameter("edge").size == pytest.approx(1.0)
 
 
 def test_the_gain_is_held_where_zones_can_do_the_same():
     form = form_of("zone_gain", own=True)
-    x = np.array([5.0, *np.ones(4) / unit_of(form.effect.parameter("factor"))])
+    x = np.array([5.0, *np.ones(4) / form.effect.parameter("factor").size])
     by_zone = np.array([4e4, 1e4, 2e4, 3e4])
     derivative = np.hstack([np.ones((4, 1)), np.eye(4)])
     found = covariance((form,), x, derivative.T @ np.diag(by_zone) @ derivative, never)

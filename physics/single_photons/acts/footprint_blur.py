@@ -22,37 +22,40 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
         return world
     how = looking(world)
     return looking_so(
-        world, replace(how, redrawn=redrawn(how.taken, *(values[n] for n in ("variance", "amount", "kept"))))
+        world, replace(how, redrawn=redrawn(how.taken, *(values[n] for n in ("variance", "amount", "kept", "taller"))))
     )
 
 
 @lru_cache(maxsize=2)
-def redrawn(maps: ResponseMaps, variance_px2: float, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
+def redrawn(
+    maps: ResponseMaps, variance_px2: float, amount: float = 1.0, kept: float = 1.0, taller: float = 0.0
+) -> np.ndarray:
     """(P, Y, X) table of maps after walks of this variance; sharpened where it is negative."""
     _, _, counts = table(maps)
-    return strayed(counts, variance_px2) if variance_px2 > 0 else sharpened(counts, -variance_px2, amount, kept)
+    spread = strayed(counts, abs(variance_px2), taller)
+    return spread if variance_px2 > 0 else sharpened(counts, spread, amount, kept)
 
 
-def sharpened(counts: np.ndarray, variance_px2: float, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
-    """(P, Y, X) counts less `amount` times their change under walks of this variance; none below 0.
+def sharpened(counts: np.ndarray, spread: np.ndarray, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
+    """(P, Y, X) counts less `amount` times their change to those of walks, `spread`; none below 0.
 
     Sums are as they were where `kept` is 1, and less of the way back to that where it is less.
     """
-    sharp = np.clip(counts - amount * (strayed(counts, variance_px2) - counts), 0, None)
+    sharp = np.clip(counts - amount * (spread - counts), 0, None)
     back = counts.sum(axis=(1, 2), dtype=float) / np.maximum(sharp.sum(axis=(1, 2)), np.finfo(float).tiny)
     return sharp * back[:, None, None] ** kept
 
 
-def strayed(counts: np.ndarray, variance_px2: float) -> np.ndarray:
-    """(P, Y, X) means of counts at the ends of walks, which have this variance along each axis.
+def strayed(counts: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.ndarray:
+    """(P, Y, X) means of counts at the ends of walks, which have exp(± taller) times this variance down and along.
 
     A photon steps to the pixel on its right or left at random times, each direction as often: it ends where the
     difference of two Poisson numbers says, which has the variance of their sum (Skellam, J. R. Stat. Soc. 109, 1946,
     296). At the edge of the table it turns back, as if there was a mirror.
     """
-    walk = variance_px2 / 2
-    reach = max(1, int(skellam.isf(REST, walk, walk)) + 1)
-    ends = skellam.pmf(np.arange(-reach, reach + 1), walk, walk)
-    ends /= ends.sum()
-    down = correlate1d(counts.astype(float), ends, axis=1, mode="reflect")
-    return correlate1d(down, ends, axis=2, mode="reflect")
+    for axis, way in ((1, 1), (2, -1)):
+        walk = variance_px2 * np.exp(way * taller) / 2
+        reach = max(1, int(skellam.isf(REST, walk, walk)) + 1)
+        ends = skellam.pmf(np.arange(-reach, reach + 1), walk, walk)
+        counts = correlate1d(counts.astype(float), ends / ends.sum(), axis=axis, mode="reflect")
+    return counts

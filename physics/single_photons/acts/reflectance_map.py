@@ -25,17 +25,29 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     z = np.where(z > 0, z, np.nan)
     off = np.hypot(x / z - values["spot_x"], y / z - values["spot_y"]) / values["spot_size"]
     spot = np.exp(values["spot"] * np.exp(-0.5 * off**2))
-    slope = np.array([values["slope_x"], values["slope_y"]])
-    bow = np.array([[values["bow_x"], values["bow_xy"] / 2], [values["bow_xy"] / 2, values["bow_y"]]])
-    ray = np.stack([x / z, y / z], axis=-1)
-    texture = np.exp(ray @ slope + ((ray @ bow) * ray).sum(axis=-1))
+    texture = np.exp(_polynomial(values, x / z, y / z) if not values["on_surface"] else _of_world(world, values))
     factor = power * dark * near * spot * texture * _of_surfaces(world, values)
     return replace(world, reflectance=np.where(shines, told * factor, world.reflectance))
 
 
+def _of_world(world: World, values: Values) -> np.ndarray:
+    """The texture where things are in the world that the first frame's camera was at the origin of."""
+    points = world.points
+    if world.start_from_camera is not None:
+        points = points @ world.start_from_camera[:3, :3].T + world.start_from_camera[:3, 3]
+    return _polynomial(values, points[..., 0], points[..., 1])
+
+
+def _polynomial(values: Values, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Sums of products of up to four factors, each spelled out in its parameter's name."""
+    spelled = {"slope_x": "x", "slope_y": "y", "bow_x": "xx", "bow_y": "yy", "bow_xy": "xy"}
+    spelled |= {name: name.removeprefix("bend_") for name in values if name.startswith("bend_")}
+    return sum(values[n] * np.prod([{"x": x, "y": y}[c] for c in text], axis=0) for n, text in spelled.items())
+
+
 def _of_surfaces(world: World, values: Values) -> np.ndarray | float:
     """Factors of surfaces that are looked up by their numbers."""
-    logs = {k: values[f"surface_{k}"] for k in range(2, 5)}
+    logs = {k: values[f"surface_{k}"] for k in range(2, 9)}
     logs[round(values["surface"])] = logs.get(round(values["surface"]), 0.0) + values["one"]
     if not any(logs.values()):
         return 1.0

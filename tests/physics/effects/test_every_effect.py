@@ -63,8 +63,7 @@ class TestEveryEffect:
             def at(there, parameter=parameter, start=start):
                 return model.expected(GAIN, [start.with_value(parameter.name, there)])
 
-            scale = next((abs(value) for value in (parameter.start, *parameter.tries) if value), None)
-            size = 0.3 * scale if scale else 1e-2 * (parameter.high - parameter.low)
+            size = 0.3 * parameter.size
             inward = -size if parameter.start + size > parameter.high else size
             nodes, shares = np.polynomial.legendre.leggauss(24)
             slopes = [difference(at, parameter.start + inward * (1 + node) / 2, parameter) for node in nodes]

@@ -93,6 +93,14 @@ def test_a_wide_blur_is_scipys():
     )
 
 
+@pytest.mark.parametrize("taller", [-0.9, 0.6])
+def test_a_patch_that_is_longer_one_way_blurs_more_that_way(taller):
+    image = np.random.default_rng(8).random((90, 120))
+    down, along = 8.0 * np.exp(taller / 2), 8.0 * np.exp(-taller / 2)
+    theirs = gaussian_filter(image, (down, along), mode="reflect", truncate=8)
+    np.testing.assert_allclose(blurred(image[None], 64.0, taller=taller)[0], theirs, atol=2e-3)
+
+
 def test_the_slope_at_nothing_is_the_same_from_both_sides():
     """A Gaussian's change with its variance solves the heat equation: half the Laplacian."""
     image = gaussian(64.0)

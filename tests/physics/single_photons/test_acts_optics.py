@@ -84,7 +84,7 @@ def test_a_pixels_weight_is_what_photons_that_stray_find(world):
 def test_a_sharper_map_keeps_its_sum_and_loses_the_variance():
     x, y = np.meshgrid(np.arange(-200.0, 201), np.arange(-150.0, 151))
     before = np.exp(-(x**2) / 2 / 40**2 - y**2 / 2 / 30**2)[None]
-    after = sharpened(before, 100)
+    after = sharpened(before, strayed(before, 100))
     assert (after >= 0).all()
     assert after.sum() == pytest.approx(before.sum())
     for along, variance in ((x, 40**2), (y, 30**2)):

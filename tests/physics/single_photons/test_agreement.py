@@ -41,7 +41,12 @@ STRENGTHS = {
         {"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
     ],
-    "footprint_blur": [{"variance": 1600}, {"variance": -400}, {"variance": -900, "amount": 0.6, "kept": 0.3}],
+    "footprint_blur": [
+        {"variance": 1600},
+        {"variance": -400},
+        {"variance": -900, "amount": 0.6, "kept": 0.3},
+        {"variance": 900, "taller": -0.8},
+    ],
     "footprint_shift": [{"x": 20, "y": -15}, {"x": -70, "y": 40}],
     "gain_drift": [
         {"rate": 2},
@@ -112,6 +117,7 @@ STRENGTHS = {
         {"near": 0.8, "near_range": 0.7},
         {"slope_x": 0.8, "slope_y": -1.5, "bow_x": -1, "bow_y": 0.6, "bow_xy": 2},
         {"one": 0.5, "surface": 1, "surface_2": -0.9},
+        {"slope_x": 0.8, "bow_xy": -1, "bend_xxy": 2, "bend_yyyy": -3, "on_surface": 1},
     ],
     "scattering_medium": [
         {"extinction": 0.5},
