@@ -14,8 +14,8 @@ class PileUp(Effect):
 
         N · exp(-Σ_{s<t} μ_s) · (1 - exp(-μ_t))
 
-    (Coates 1968, J. Phys. E 1, 878). A zone whose light is shared by n
-    channels has μ = λ/n and n times N shots: `share` is 1/n.
+    (Coates 1968, J. Phys. E 1, 878). A zone whose light is shared by n channels has μ = λ/n and n times N shots:
+    `share` is 1/n. Where nobody says how many shots there were, `per_count` stands for share/N.
     """
 
     id = "pile_up"
@@ -33,6 +33,7 @@ class PileUp(Effect):
             "gain_drift", "Compare dark and bright targets in one frame: drift scales both, pile-up only the bright."
         ),
     )
+    forms = (("share",), ("per_count",))
     parameters = (
         Parameter(
             "share",
@@ -44,19 +45,35 @@ class PileUp(Effect):
             axis="zone",
             sentence="Part of a zone's light that one timing channel receives: 1 where a zone has one channel.",
         ),
+        Parameter(
+            "per_count",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=1e-5,
+            vanishes_at=0.0,
+            axis="zone",
+            sentence="Photons in a shot and channel for each count expected: 1 over the shots where they are unknown.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """First photons only."""
         cycles = rendering.light.laser_cycles
-        if cycles is None:
-            raise Refusal("effect pile_up: laser_cycles is missing, expected the number of laser shots in a frame")
-        share = np.maximum(np.atleast_1d(values["share"])[:, None], np.finfo(float).tiny)
-        per_shot = rendering.expected * (share / cycles[:, None, None])
+        rate = np.atleast_1d(values["per_count"])[:, None]
+        if np.any(values["share"]):
+            if cycles is None:
+                raise Refusal("effect pile_up: laser_cycles is missing, expected the number of laser shots in a frame")
+            rate = rate + np.atleast_1d(values["share"])[:, None] / cycles[:, None, None]
+        per_shot = rendering.expected * np.maximum(rate, np.finfo(float).tiny)
         earlier = np.cumsum(per_shot, axis=-1) - per_shot
         # expm1(-μ)/-μ, which is 1 where μ vanishes, keeps the counts exact at small rates.
         hidden = np.where(per_shot > 0, -np.expm1(-per_shot) / np.where(per_shot > 0, per_shot, 1), 1)
         return rendering.expected * np.exp(-earlier) * hidden
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """How many shots there were need not be guessed where it is known."""
+        return bool(np.any(values["per_count"])) and rendering.light.laser_cycles is not None
 
 
 effect = PileUp()

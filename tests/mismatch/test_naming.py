@@ -9,7 +9,7 @@ from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.gained import gained
 from mismatch.located import locate_effects
-from mismatch.naming import contested, estimates, name_effects
+from mismatch.naming import contested, estimates, name_effects, standing
 from mismatch.rivals import Rival, probabilities
 from mismatch.selection import coordinates, select, without
 from physics.effects import find_effect
@@ -102,3 +102,12 @@ def test_probabilities_are_those_of_bayes(pedestal):
     found = [Rival(pedestal.forms[0], pedestal, evidence) for evidence in (-1000.0, -1002.0, -1010.0)]
     weights = np.exp([0.0, -1.0, -5.0])
     np.testing.assert_allclose(probabilities(found), weights / weights.sum())
+
+
+def test_what_frames_held_out_do_not_miss_does_not_stand(parts, pedestal):
+    _, train, test = parts
+    (tail, *_) = forms("impulse_tail")
+    # There is no tail: one that stayed where it began fits nothing better.
+    both = fit(train, (*pedestal.forms, tail), np.concatenate([pedestal.x, tail.at_start()]), most_steps=0)
+    assert [form.effect.id for form in standing(train, test, both).forms] == ["ambient_pedestal"]
+    assert standing(train, test, pedestal) is pedestal

@@ -8,6 +8,7 @@ import pytest
 from physics.effects.ambient_pedestal import effect as pedestal
 from physics.effects.pile_up import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 from recordings.refusal import Refusal
 
 CYCLES = 2e4
@@ -57,3 +58,16 @@ def test_it_asks_for_the_shots(small):
     unknown = replace(small.light, laser_cycles=None)
     with pytest.raises(Refusal, match="laser_cycles is missing"):
         ForwardModel(unknown, small.footprints, small.clock).expected(1.0, [effect.at()])
+
+
+def test_shots_that_nobody_counted_are_estimated(small, model):
+    """The same counts as with their number known; what they are told with a number they need not be guessed."""
+    unknown = replace(small.light, laser_cycles=None)
+    guessed = ForwardModel(unknown, small.footprints, small.clock, 20.0)
+    per_count = effect.at(per_count=[1 / CYCLES, 0.5 / CYCLES, 0, 1 / CYCLES])
+    wanted = model.expected(3e3, [effect.at(share=[1, 0.5, 0, 1])])
+    np.testing.assert_allclose(guessed.expected(3e3, [per_count]), wanted, rtol=1e-12)
+    known, none = (Rendering(light, small.footprints, small.clock, 1.0) for light in (small.light, unknown))
+    assert effect.strained(per_count.values, known)
+    assert not effect.strained(per_count.values, none)
+    assert not effect.strained(effect.at().values, known)

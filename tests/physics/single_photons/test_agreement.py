@@ -92,7 +92,7 @@ STRENGTHS = {
         {"gloss": 2, "gloss_exponent": 3, "surface": 1},
     ],
     "parallax": [{"x": 0.03, "y": -0.02}, {"x": -0.08, "y": 0.05}],
-    "pile_up": [{}, {"share": [1, 0.5, 0.3, 0]}],
+    "pile_up": [{}, {"share": [1, 0.5, 0.3, 0]}, {"per_count": [3e-5, 1e-5, 0, 2e-5]}],
     "range_aliasing": [
         {"counts": [3e4, 1e4, 0, 2e4]},
         {"counts": 2e4, "apparent_range": 0.4, "jitter": 0},
