@@ -36,7 +36,8 @@ def contested(
         found = rivals(train, test, judged, form, rounds, forms)
         judged = found[0].fit
         contests.append(Contest(found[0].form, tuple(found), tuple(probabilities(found))))
-    return standing(train, test, judged), contests
+    judged = standing(train, test, judged)
+    return judged, [contest for contest in contests if any(contest.form is form for form in judged.forms)]
 
 
 def standing(train: Simulation, test: Simulation, judged: Fit) -> Fit:
@@ -52,11 +53,7 @@ def name_effects(
     train: Simulation, test: Simulation, judged: Fit, contests: list[Contest], explained: Fit, tried: int
 ) -> tuple[Named, ...]:
     """Every effect of a fit, the one that gains most on held-out frames first; parameters from all frames."""
-    named = [
-        _name(train, test, judged, contest, explained, tried)
-        for contest in contests
-        if any(contest.form is form for form in judged.forms)
-    ]
+    named = [_name(train, test, judged, contest, explained, tried) for contest in contests]
     return tuple(sorted(named, key=lambda one: -one.heldout_gain))
 
 

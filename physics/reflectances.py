@@ -59,7 +59,7 @@ def gaps(light: Light, most: int) -> list[float]:
     Of the logarithm of range, in steps of an edge's width; in the middle of what is empty. A side has a hundredth of
     all pixels or more.
     """
-    log = np.log(light.range_m[light.range_m > 0])
+    log = np.log(light.range_m[(light.range_m > 0) & np.isfinite(light.range_m)])
     if not len(log) or np.ptp(log) < 4 * NEAR_EDGE:
         return []
     count, edges = np.histogram(log, bins=int(np.ptp(log) / NEAR_EDGE))
