@@ -130,10 +130,10 @@ def test_what_binds_the_kernel():
 
     pixels, weights = where.seen[0]
     lattice = when.lattice
-    out = np.zeros((9, lattice.size))
+    out = np.zeros((1, 9, lattice.size))
     direct = light.returns[0]
-    offset = (when.time_zero_s - lattice.first_s) / lattice.step_s
-    arguments = (direct.range_m[0].ravel(), direct.strength[0].ravel(), pixels, weights, offset)
+    offset = (when.time_zero_s - lattice.first_s)[None] / lattice.step_s
+    arguments = (direct.range_m.reshape(1, -1), direct.strength.reshape(1, -1), pixels, weights, offset)
     took = best(lambda: kernel._splat(*arguments, 2 / speed_of_light / lattice.step_s, out))
     read = direct.range_m[0].nbytes + direct.strength[0].nbytes + pixels.nbytes + weights.nbytes
     a, b, c = np.ones((3, 10_000_000))

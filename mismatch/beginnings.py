@@ -24,6 +24,8 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
         return best
     likeliest = evidence(train, test, found)
     for candidate in _others(best[0]):
+        if train.work.enough:
+            break
         other = begun_with(train, test, forms, best[0], candidate)
         there = evidence(train, test, other[-1].before)
         if there > likeliest:

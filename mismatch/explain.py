@@ -1,7 +1,7 @@
 """Where a recording and its simulation differ, and what physics was left out: from frames to a verdict."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -24,6 +24,7 @@ from mismatch.selection import Round
 from mismatch.simulation import Simulation
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
+from mismatch.work import MOST_RENDERINGS, Work
 
 # What is left of a misfit, as a part of what was explained, that does not make an explanation wrong: formulas of one
 # cause differ by as much.
@@ -62,7 +63,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     """See `explain`."""
     frames, zones, bins = simulation.counts.shape
     chosen, held = halves(frames)
-    simulation = economical(simulation)
+    simulation = replace(economical(simulation), work=Work())
     train, test = simulation.of(chosen), simulation.of(held)
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
     rounds = likeliest_selection(train, test, forms)
@@ -101,9 +102,16 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
         not_visible=not_visible(rounds[-1].scores, len(chosen) / frames),
         next_measurement=next_measurement(train, contests),
         seconds=time.monotonic() - began,
-        notes=notes,
+        notes=(*notes, *_cut_short(simulation)),
     )
     return Explanation(verdict, simulation, chosen, held, nominal, explained, judged, tuple(rounds))
+
+
+def _cut_short(simulation: Simulation) -> tuple[str, ...]:
+    """What to say where the search was ended before it had tried all."""
+    if not simulation.work.enough:
+        return ()
+    return (f"the search was ended after {MOST_RENDERINGS} renderings; causes beside those found were not all tried",)
 
 
 def _deviances(part: Simulation, first: Fit, judged: Fit, missing: float) -> Deviance:

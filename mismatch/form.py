@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import product
 from typing import Any
 
@@ -50,6 +51,11 @@ class Form:
             places = range(self.sizes[name]) if name in self.own else (None,)
             found += [(self.effect.parameter(name), place) for place in places]
         return found
+
+    @cached_property
+    def begins_alike(self) -> tuple:
+        """Equal for forms that begin with the same strengths, of all or of each zone, in the same place."""
+        return self.strengths, self.own, self.effect.at(**self.start).key
 
     def setting(self, x: np.ndarray) -> Setting:
         """The effect at coordinates (N,)."""

@@ -1,5 +1,7 @@
 """What every form of every effect promises beside a fit, cheaply: score tests, best first."""
 
+from dataclasses import replace
+
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.looked import looked, looks
@@ -22,7 +24,12 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
     def of_effect(same: list[Form]) -> list[Score]:
         # Where effects that look begin, only the data say.
         every = (*(form for form in same if not looks(form)), *suggested(simulation, fitted, same))
-        return [s for s in (promise(simulation, fitted, projection, form) for form in every) if s is not None]
+        # Forms that begin alike promise alike, whatever else they leave free; but those that look pay for that.
+        keys = [(form.begins_alike, form.free if looks(form) else None) for form in every]
+        once = {key: form for key, form in zip(keys, every, strict=True)}
+        promised = {key: promise(simulation, fitted, projection, form) for key, form in once.items()}
+        found = [(form, promised[key]) for form, key in zip(every, keys, strict=True)]
+        return [replace(one, form=form) for form, one in found if one is not None]
 
     found = [s for part in simulation.each(of_effect, by_effect.values()) for s in part]
     best: dict[tuple, Score] = {}

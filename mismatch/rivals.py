@@ -61,9 +61,11 @@ def rivals(
         name = rival.form.effect.id
         if name not in best or rival.evidence > best[name].evidence:
             best[name] = rival
+    beaten = [rival for rival in best.values() if rival is not found[0]]
     # The one that was chosen has been tried in richer forms.
-    richer = [_richer(train, test, rival, forms) for rival in best.values() if rival is not found[0]]
-    return sorted([found[0], *richer], key=lambda rival: -rival.evidence)
+    if not train.work.enough:
+        beaten = [_richer(train, test, rival, forms) for rival in beaten]
+    return sorted([found[0], *beaten], key=lambda rival: -rival.evidence)
 
 
 def _richer(train: Simulation, test: Simulation, rival: Rival, forms: list[Form]) -> Rival:

@@ -56,7 +56,7 @@ def begun_with(
 
 def _onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round], now: Fit) -> list[Round]:
     """Rounds so far, and those that follow from where they led."""
-    while len(rounds) < MOST_EFFECTS:
+    while len(rounds) < MOST_EFFECTS and not train.work.enough:
         scores, tried = ranked(train, now, others_than(now, forms))
         significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]
         candidates: list[Candidate] = []

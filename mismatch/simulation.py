@@ -2,16 +2,17 @@
 
 import threading
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 
+from mismatch.work import Work
 from physics.clock import Clock
 from physics.effect import Setting, in_order
 from physics.footprint import Footprints
-from physics.light import Light, Return
+from physics.light import Light
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 from physics.workers import in_parallel
@@ -30,7 +31,8 @@ class Simulation:
 
     counts: (F, P, T). light, footprints, clock, background: as `ForwardModel` takes them. given: effects that are known
     to be there. frames: (F,) which of the whole recording's frames these are. whole: the recording they are of, None
-    where they are all. dead: (P,) zones that count nothing and are not judged, None where all are alive.
+    where they are all. dead: (P,) zones that count nothing and are not judged, None where all are alive. work: what was
+    asked of it and of its parts, together.
     """
 
     counts: np.ndarray
@@ -42,6 +44,7 @@ class Simulation:
     given: tuple[Setting, ...] = ()
     whole: "Simulation | None" = None
     dead: np.ndarray | None = None
+    work: Work = field(default_factory=Work)
 
     @cached_property
     def model(self) -> ForwardModel:
@@ -61,6 +64,7 @@ class Simulation:
 
     def expected(self, gain: float, effects: tuple[Setting, ...] = ()) -> np.ndarray:
         """(F, P, T) expected counts with these effects and those that are given; to read only."""
+        self.work.add()
         key = (gain, *(setting.key for setting in effects))
         recent: dict[tuple, np.ndarray] = self._recent.__dict__
         found = recent.pop(key) if key in recent else self._expected(gain, effects)
@@ -74,7 +78,7 @@ class Simulation:
         """See `expected`."""
         own = {setting.effect.id for setting in effects}
         together = (*(setting for setting in self.given if setting.effect.id not in own), *effects)
-        if self.whole is not None and any(s.effect.reaches(s.values) for s in together):
+        if self.whole is not None and any(s.effect.mixes(s.values) for s in together):
             return self.whole.expected(gain, effects)[self.frames]
         expected = self.model.expected(gain, together)
         if self.dead is not None and self.dead.any():
@@ -96,18 +100,6 @@ class Simulation:
 
     def of(self, chosen: np.ndarray) -> "Simulation":
         """Some of the frames, by index (N,)."""
-        light = self.light
-        returns = tuple(Return(way.range_m[chosen], way.strength[chosen]) for way in light.returns)
-        part = replace(
-            light,
-            time_s=light.time_s[chosen],
-            laser_cycles=None if light.laser_cycles is None else light.laser_cycles[chosen],
-            range_m=light.range_m[chosen],
-            reflectance=light.reflectance[chosen],
-            cosine=light.cosine[chosen],
-            returns=returns,
-            missing=light.missing[chosen],
-        )
         clock, where = self.clock, self.footprints
         if np.ndim(clock.time_zero_s) == 2:
             clock = replace(clock, time_zero_s=clock.time_zero_s[chosen])
@@ -115,7 +107,7 @@ class Simulation:
         return replace(
             self,
             counts=self.counts[chosen],
-            light=part,
+            light=self.light.of(chosen),
             clock=clock,
             footprints=where,
             frames=self.frames[chosen],

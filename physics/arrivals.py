@@ -10,7 +10,7 @@ from physics.clock import Clock, Lattice
 from physics.footprint import Footprints
 from physics.light import Light
 from physics.pages import zeros
-from physics.workers import in_parallel
+from physics.workers import in_slices
 from recordings.refusal import Refusal
 
 # A frame is worked through in blocks of so many pixels, whatever the number of cores: sums come out the same.
@@ -33,7 +33,7 @@ class Arrivals:
         frames, zones, _ = self.light.shape
         shares, first = _shares(self.lattice), 1 - self.lattice.lead
         out = np.empty((frames, zones, self.bins))
-        in_parallel(lambda i: _bin(self.light[i], shares, self.lattice.per_bin, first, out[i]), range(frames))
+        in_slices(lambda some: _bin(self.light[some], shares, self.lattice.per_bin, first, out[some]), frames)
         return out
 
     def added(self, light: np.ndarray, arrival_s: np.ndarray) -> "Arrivals":
@@ -55,12 +55,8 @@ class Arrivals:
 
         Light between two knots is given to both in proportion: exact in its mean time, wider by at most half a step.
         """
-        light = np.ascontiguousarray(self.light)
-        steps = np.asarray(delay_s, float) / self.lattice.step_s
-        steps = np.ascontiguousarray(np.broadcast_to(steps, light.shape[:2]))
-        moved = np.empty(light.shape)
-        in_parallel(lambda i: _delay(light[i], steps[i], moved[i]), range(len(light)))
-        return replace(self, light=moved)
+        steps = np.broadcast_to(np.asarray(delay_s, float) / self.lattice.step_s, self.light.shape[:2])
+        return replace(self, light=delayed(self.light, steps))
 
 
 def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
@@ -86,15 +82,29 @@ def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
     blocks = [slice(at, at + BLOCK_PX) for at in range(0, pixels, BLOCK_PX)]
     sums = zeros((len(blocks), light.frames, zones, lattice.size))
 
-    def one(task: tuple[int, int]) -> None:
-        i, b = task
-        where, weights = seen[i % len(seen)]
-        where, weights = where[blocks[b]], weights[blocks[b]]
-        for way in light.returns:
-            _splat(way.range_m[i].ravel(), way.strength[i].ravel(), where, weights, offset[i], per_metre, sums[b, i])
+    ways = [tuple(of.reshape(light.frames, pixels) for of in (way.range_m, way.strength)) for way in light.returns]
 
-    in_parallel(one, [(i, b) for i in range(light.frames) for b in range(len(blocks))])
+    def add(some: slice) -> None:
+        at = some.start
+        while at < some.stop:
+            block, frame = divmod(at, light.frames)
+            # Frames whose footprints are the same are added up together.
+            frames = slice(frame, min(frame + some.stop - at, light.frames) if len(seen) == 1 else frame + 1)
+            where, weights = (of[blocks[block]] for of in seen[frame % len(seen)])
+            for ranges, strength in ways:
+                out = sums[block, frames]
+                _splat(ranges[frames], strength[frames], where, weights, offset[frames], per_metre, out)
+            at += frames.stop - frame
+
+    in_slices(add, len(blocks) * light.frames)
     return Arrivals(sums[0] if len(blocks) == 1 else sums.sum(axis=0), lattice, clock.bins)
+
+
+def delayed(light: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """(F, P, J) light by knot, that of each zone later by its number of `steps` (F, P), of which parts are shared."""
+    light, steps, moved = np.ascontiguousarray(light), np.array(steps, float), np.empty(light.shape)
+    in_slices(lambda some: _delay(light[some], steps[some], moved[some]), len(light))
+    return moved
 
 
 def _shares(lattice: Lattice) -> np.ndarray:
@@ -106,22 +116,23 @@ def _shares(lattice: Lattice) -> np.ndarray:
 
 @njit(nogil=True, cache=True)
 def _splat(ranges, strength, pixels, weights, offset, per_metre, out):
-    """Add light of N pixels, with weights (N, P), to (P, J) knots."""
-    zones, last = out.shape[0], out.shape[1] - 1
-    first_zone, last_zone = offset.min(), offset.max()
-    for i in range(pixels.size):
-        light = float(strength[pixels[i]])
-        if not light > 0:
-            continue
-        travel = ranges[pixels[i]] * per_metre
-        if travel + first_zone >= 0 and travel + last_zone < last:
-            for p in range(zones):  # No zone has to be asked.
-                _share(travel + offset[p], light * weights[i, p], out[p])
-            continue
-        for p in range(zones):
-            at = travel + offset[p]
-            if 0 <= at < last:
-                _share(at, light * weights[i, p], out[p])
+    """Add light of F frames' N pixels, with weights (N, P), to (F, P, J) knots."""
+    zones, last = out.shape[1], out.shape[2] - 1
+    for f in range(out.shape[0]):
+        first_zone, last_zone = offset[f].min(), offset[f].max()
+        for i in range(pixels.size):
+            light = float(strength[f, pixels[i]])
+            if not light > 0:
+                continue
+            travel = ranges[f, pixels[i]] * per_metre
+            if travel + first_zone >= 0 and travel + last_zone < last:
+                for p in range(zones):  # No zone has to be asked.
+                    _share(travel + offset[f, p], light * weights[i, p], out[f, p])
+                continue
+            for p in range(zones):
+                at = travel + offset[f, p]
+                if 0 <= at < last:
+                    _share(at, light * weights[i, p], out[f, p])
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -136,35 +147,38 @@ def _share(at, given, row):
 
 @njit(nogil=True, cache=True)
 def _delay(light, steps, out):
-    """Fill (P, J) knots with those of `light`, each row later by its own number of steps, earlier where negative."""
-    zones, size = light.shape
-    for p in range(zones):
-        # Beyond the lattice either way all is gone.
-        by = min(max(steps[p], -size - 1.0), size + 1.0)
-        whole = np.int64(np.floor(by))
-        later = by - whole
-        out[p] = 0.0
-        for j in range(max(whole, 0), min(whole, 0) + size):
-            out[p, j] += (1 - later) * light[p, j - whole]
-        for j in range(max(whole + 1, 0), min(whole + 1, 0) + size):
-            out[p, j] += later * light[p, j - whole - 1]
+    """Fill (F, P, J) knots with those of `light`, each row later by its own number of steps, earlier where negative."""
+    frames, zones, size = light.shape
+    for f in range(frames):
+        for p in range(zones):
+            # Beyond the lattice either way all is gone.
+            by = min(max(steps[f, p], -size - 1.0), size + 1.0)
+            whole = np.int64(np.floor(by))
+            later = by - whole
+            out[f, p] = 0.0
+            for j in range(max(whole, 0), min(whole, 0) + size):
+                out[f, p, j] += (1 - later) * light[f, p, j - whole]
+            for j in range(max(whole + 1, 0), min(whole + 1, 0) + size):
+                out[f, p, j] += later * light[f, p, j - whole - 1]
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
 def _bin(light, shares, per_bin, first, out):
-    """Fill (P, T) bins from (P, J) knots; `shares` of bin 0 are those of knots `first` and later."""
-    zones, knots = light.shape
-    for p in range(zones):
-        begin, end = 0, knots
-        while begin < end and light[p, begin] == 0:
-            begin += 1
-        while begin < end and light[p, end - 1] == 0:
-            end -= 1
-        for t in range(out.shape[1]):
-            at = first + t * per_bin
-            low, high = max(begin, at), min(end, at + shares.size)
-            total = 0.0
-            for j in range(high - low):
-                # Indices without sign, as above: the compiler takes several at once.
-                total += light[p, np.uint64(low + j)] * shares[np.uint64(low - at + j)]
-            out[p, t] = total
+    """Fill (F, P, T) bins from (F, P, J) knots; `shares` of bin 0 are those of knots `first` and later."""
+    frames, zones, knots = light.shape
+    for f in range(frames):
+        for p in range(zones):
+            row = light[f, p]
+            begin, end = 0, knots
+            while begin < end and row[begin] == 0:
+                begin += 1
+            while begin < end and row[end - 1] == 0:
+                end -= 1
+            for t in range(out.shape[2]):
+                at = first + t * per_bin
+                low, high = max(begin, at), min(end, at + shares.size)
+                total = 0.0
+                for j in range(high - low):
+                    # Indices without sign, as above: the compiler takes several at once.
+                    total += row[np.uint64(low + j)] * shares[np.uint64(low - at + j)]
+                out[f, p, t] = total

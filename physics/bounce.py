@@ -11,6 +11,9 @@ so that j's strength by way of i is ρ_j · E_j / I, and it arrives (r_i + d + r
 al. 2012), in the zones that see j. A_i keeps surfaces that touch from exchanging more than there is: the form factor of
 a disc (Wallace, Elmquist and Haines 1989).
 
+Rough surfaces have facets that face every way; between these cosφ_i · cosφ_j is taken to be ¼, a half for each, the
+mean over the hemisphere that a facet may face.
+
 The sums run over patches instead of pixels: the image in at most `CELLS` cells, each cell in two at its mean range, so
 that the two sides of an edge do not mix. The source lights all of the image alike and nothing beyond it, or as the
 zones look: most where all of them together see most. What stands between two patches is not looked for: all that face
@@ -18,21 +21,27 @@ each other exchange light.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numba import njit
 from scipy.constants import speed_of_light
 
-from physics.arrivals import _splat
+from physics.arrivals import delayed
 from physics.clock import Clock
 from physics.footprint import Footprints
 from physics.kept import kept_with_light
 from physics.light import Light
 from physics.normals import solid_angles, vector_areas
+from physics.pulse import ImpulseResponse
 from physics.workers import in_parallel
 
 CELLS = 400
+# Bounces are added up for so many bins at a time: a longer pulse seldom needs more.
+WHOLE = 32
 OUTSIDE = -1
+# Product of the cosines between rough surfaces.
+ROUGH = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,27 +59,39 @@ class Patches:
     sent_sr: np.ndarray
 
 
+def bounces(light: Light, footprints: Footprints, clock: Clock, aimed: float, rough: float) -> np.ndarray:
+    """(F, P, J) light by knot of the clock's lattice, pixels · 1/m², that bounced between two visible surfaces.
+
+    aimed: part of the source that lights where the zones look, by their summed response over its largest. rough: part
+    of the surfaces' light that goes whichever way they face.
+    """
+    lattice = clock.lattice
+    # Bounces are added up for zeros at 0 and a pulse of one step, so that other zeros and pulses find them made.
+    bins = WHOLE * (lattice.size // (lattice.per_bin * WHOLE) + 1)
+    at_once = ImpulseResponse(lattice.step_s * np.arange(2), np.array([1.0, 0.0]))
+    bare = Clock(lattice.step_s * lattice.per_bin, bins, np.zeros(1), at_once)
+    total = np.zeros(())
+    for is_aimed, is_rough in product((False, True), repeat=2):
+        part = (aimed if is_aimed else 1 - aimed) * (rough if is_rough else 1 - rough)
+        if part:
+            total = total + part * second_bounce(light, footprints, bare, is_aimed, is_rough)
+    later = (
+        np.broadcast_to(clock.time_zero_s, total.shape[:2]) + bare.lattice.first_s - lattice.first_s
+    ) / lattice.step_s
+    # As far as zeros are parts of a step apart a pulse is wider by at most half a step.
+    return delayed(total, later)[..., : lattice.size]
+
+
 # A fit asks for the same geometry again and again, with other strengths.
 @kept_with_light
-def second_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
-    """(F, P, J) light by knot of the clock's lattice, pixels · 1/m², that bounced between two visible surfaces.
+def second_bounce(light: Light, footprints: Footprints, clock: Clock, aimed: bool, rough: bool) -> np.ndarray:
+    """(F, P, J) the same by a clock with one zero for all zones; either all of it or nothing aimed and rough.
 
     Not to be written to: whoever asks for the same again may get the same array.
     """
-    return _bounced(light, footprints, clock, aimed=False)
-
-
-@kept_with_light
-def aimed_bounce(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
-    """The same of a source that lights where the zones look, by their summed response over its largest."""
-    return _bounced(light, footprints, clock, aimed=True)
-
-
-def _bounced(light: Light, footprints: Footprints, clock: Clock, aimed: bool) -> np.ndarray:
-    """See `second_bounce` and `aimed_bounce`."""
     lattice, seen = clock.lattice, footprints.seen
     zones = seen[0][1].shape[1]
-    offset = (np.broadcast_to(clock.time_zero_s, (light.frames, zones)) - lattice.first_s) / lattice.step_s
+    offset = (float(clock.time_zero_s[0]) - lattice.first_s) / lattice.step_s
     out = np.zeros((light.frames, zones, lattice.size))
 
     def one(i: int) -> None:
@@ -80,8 +101,10 @@ def _bounced(light: Light, footprints: Footprints, clock: Clock, aimed: bool) ->
         inside = label != OUTSIDE
         received = weights[inside] * light.reflectance[i].ravel()[pixels[inside], None]
         response = np.stack([np.bincount(label[inside], zone, len(made.area_m2)) for zone in received.T], axis=1)
+        together = np.zeros((lattice.size, zones))
         geometry = made.point_m, made.normal, made.area_m2, made.sent_sr
-        _exchange(*geometry, response, offset[i], 2 / speed_of_light / lattice.step_s, out[i])
+        _exchange(*geometry, response, rough, 2 / speed_of_light / lattice.step_s, offset, together)
+        out[i] = together.T
 
     in_parallel(one, range(light.frames))
     return out
@@ -130,19 +153,30 @@ def patches(light: Light, frame: int, aim: np.ndarray | None = None) -> Patches:
 
 
 @njit(nogil=True, cache=True)
-def _exchange(point, normal, area, sent, response, offset, per_metre, out):
-    """Add what N patches get of one another, by their response (N, P), to (P, J) knots."""
-    count = area.size
-    every, half_path, strength = np.arange(count), np.zeros(count), np.empty(count)
+def _exchange(point, normal, area, sent, response, rough, per_metre, first, out):
+    """Add what N patches get of one another, by their response (N, P), to (J, P) knots, knot 0 at `first`.
+
+    Both of a pair at once: light takes as long either way.
+    """
+    count, zones, last = area.size, out.shape[1], out.shape[0] - 1
     from_sensor = np.sqrt((point**2).sum(axis=1))
     for i in range(count):
-        for j in range(count):
+        for j in range(i):
             x, y, z = point[j, 0] - point[i, 0], point[j, 1] - point[i, 1], point[j, 2] - point[i, 2]
-            square = x * x + y * y + z * z
             leaving = normal[i, 0] * x + normal[i, 1] * y + normal[i, 2] * z
             coming = -(normal[j, 0] * x + normal[j, 1] * y + normal[j, 2] * z)
-            strength[j] = 0.0
-            if leaving > 0 and coming > 0:
-                strength[j] = sent[i] * leaving * coming / square / (np.pi * square + area[i])
-                half_path[j] = (from_sensor[i] + np.sqrt(square) + from_sensor[j]) / 2
-        _splat(half_path, strength, every, response, offset, per_metre, out)
+            if not (rough or (leaving > 0 and coming > 0)):
+                continue
+            square = x * x + y * y + z * z
+            at = (from_sensor[i] + np.sqrt(square) + from_sensor[j]) / 2 * per_metre + first
+            if not 0 <= at < last:
+                continue
+            knot = np.uint64(at)
+            later = at - np.int64(at)
+            facing = ROUGH if rough else leaving * coming / square
+            to_j = sent[i] * facing / (np.pi * square + area[i])
+            to_i = sent[j] * facing / (np.pi * square + area[j])
+            for p in range(zones):
+                given = to_j * response[j, p] + to_i * response[i, p]
+                out[knot, p] += given - given * later
+                out[knot + np.uint64(1), p] += given * later

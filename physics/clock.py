@@ -16,6 +16,7 @@ ROUNDING_STEPS = 1e-3
 # What of a response lies in tails beyond this is lost in rounding.
 NOTHING = 1e-15
 EARLY_BINS = 2
+PARTS = 1 << 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,4 +105,6 @@ class Lattice:
         latest_unseen = -edges[start] - steps * width
         lead = max(0, int(np.floor((earliest_s - latest_unseen) / width)))
         size = max(2, bins * per_bin + steps + 1 - lead)
-        return cls(width, per_bin, cumulative, latest_unseen + lead * width, size, lead, error)
+        # To so many parts of a step: knots that are the same but for rounding are the same.
+        first = width * round((latest_unseen / width + lead) * PARTS) / PARTS
+        return cls(width, per_bin, cumulative, first, size, lead, error)

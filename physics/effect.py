@@ -103,6 +103,10 @@ class Effect:
         """Whether it looks at other frames at all."""
         return any(seconds > 0 for seconds in self.reach(values))
 
+    def mixes(self, values: Values) -> bool:
+        """Whether it does so beside what the light of some frames knows of all: which surface is which."""
+        return self.reaches(values)
+
     def looks(self, values: Values) -> bool:
         """Whether, at these values, it looks at what was recorded to see where things are in each frame."""
         return False

@@ -9,14 +9,15 @@ from physics.clock import Clock
 from physics.footprint import Footprints
 from physics.light import Light
 
-# As many are kept: fits come back to where they were. Of more numbers than this, one.
-KEPT = 2
+# As many are kept: fits come back to where they were, and mix what was made in different ways. Of more numbers than
+# this, one.
+KEPT = 4
 MANY = 1 << 22
 # Lattices whose first knots differ by less than this part of a step are the same.
 ROUNDING = 1e-9
 
-# Light, footprints and clock to (F, P, J) light by knot of the clock's lattice.
-Sum = Callable[[Light, Footprints, Clock], np.ndarray]
+# Light, footprints, clock, and how, to (F, P, J) light by knot of the clock's lattice.
+Sum = Callable[..., np.ndarray]
 
 
 def same_knots(clock: Clock, other: Clock) -> bool:
@@ -39,16 +40,16 @@ def kept_with_light(make: Sum) -> Sum:
     name = f"_{make.__module__}.{make.__qualname__}"
 
     @wraps(make)
-    def kept(light: Light, footprints: Footprints, clock: Clock) -> np.ndarray:
+    def kept(light: Light, footprints: Footprints, clock: Clock, *how: bool) -> np.ndarray:
         recent = light.__dict__.get(name, ())
-        for seen_by, timed_by, made in recent:
-            if seen_by is footprints and same_knots(clock, timed_by):
+        for seen_by, timed_by, made_so, made in recent:
+            if seen_by is footprints and made_so == how and same_knots(clock, timed_by):
                 # What arrives later than a shorter pulse is seen for is left out.
                 return np.ascontiguousarray(made[..., : clock.lattice.size])
-        made = make(light, footprints, clock)
+        made = make(light, footprints, clock, *how)
         made.setflags(write=False)
         # Anew, not in place: other threads may be reading.
-        light.__dict__[name] = ((footprints, clock, made), *recent)[: KEPT if made.size < MANY else 1]
+        light.__dict__[name] = ((footprints, clock, how, made), *recent)[: KEPT if made.size < MANY else 1]
         return made
 
     return kept

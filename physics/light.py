@@ -1,6 +1,6 @@
 """What the scene sends back: for every camera pixel, how far away a surface is and how much light returns from it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +9,7 @@ from numba import njit
 from physics.geometry import incidence_cosine, inverse_pinhole, pixel_rays
 from physics.motion import Motion
 from physics.pages import zeros
+from physics.segments import segments
 from physics.workers import in_parallel
 from recordings.refusal import Refusal
 
@@ -37,6 +38,7 @@ class Light:
     the surfaces that are lit directly. returns: the ways light takes; the first is the direct one.
     missing: (F,) pixels that contribute nothing because depth, reflectance or incidence is not known there.
     motion: of the camera, in these frames at least; None where it is not known.
+    part_of: light of all frames of which these are some, and which, (F,); None where these are all.
     """
 
     time_s: np.ndarray
@@ -48,6 +50,7 @@ class Light:
     returns: tuple[Return, ...]
     missing: np.ndarray
     motion: Motion | None = None
+    part_of: "tuple[Light, np.ndarray] | None" = None
 
     @property
     def frames(self) -> int:
@@ -58,6 +61,29 @@ class Light:
     def rays(self) -> np.ndarray:
         """(H, W, 3) ray through each pixel's centre, of length 1 along z."""
         return pixel_rays(self.intrinsics, self.range_m.shape[1:])
+
+    @cached_property
+    def surfaces(self) -> np.ndarray:
+        """(F, H, W) int32 number of the surface at each pixel, followed through all frames as `segments` does."""
+        if self.part_of is None:
+            return segments(self.range_m, self.intrinsics)
+        every, frames = self.part_of
+        return every.surfaces[frames]
+
+    def of(self, chosen: np.ndarray) -> "Light":
+        """Some of the frames, by index (N,)."""
+        every, frames = (self, np.arange(self.frames)) if self.part_of is None else self.part_of
+        return replace(
+            self,
+            time_s=self.time_s[chosen],
+            laser_cycles=None if self.laser_cycles is None else self.laser_cycles[chosen],
+            range_m=self.range_m[chosen],
+            reflectance=self.reflectance[chosen],
+            cosine=self.cosine[chosen],
+            returns=tuple(Return(way.range_m[chosen], way.strength[chosen]) for way in self.returns),
+            missing=self.missing[chosen],
+            part_of=(every, frames[chosen]),
+        )
 
 
 def direct_light(

@@ -64,6 +64,14 @@ class ImpulseResponse:
         first = float(self.edges[0]) + self.step_s * steps / 2
         return ImpulseResponse(first + self.step_s * steps * np.arange(len(summed)), summed)
 
+    def without_ends(self, most: float) -> "ImpulseResponse":
+        """The same response less ends that hold no more than `most` each; what is left sums to what all did."""
+        after = np.searchsorted(self.edge_cumulative, most, side="right") - 1
+        before = np.searchsorted(self.edge_cumulative, self.edge_cumulative[-1] - most)
+        kept = slice(max(int(after), 0), max(int(before), int(after) + 2))
+        inner = self.probability[kept]
+        return ImpulseResponse(self.time_s[kept], inner * (self.probability.sum() / inner.sum()))
+
     def blurred(self, sigma_s: float) -> "ImpulseResponse":
         """The response convolved with a normal density; exact at the edges for a response even within its steps."""
         sigma = max(sigma_s / self.step_s, NARROWEST)

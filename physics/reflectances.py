@@ -5,7 +5,6 @@ from scipy.special import expit
 
 from physics.effect import Values
 from physics.light import Light
-from physics.segments import segments
 from physics.texture import POWERS, texture
 
 # The reflectance that contrast leaves as it is. One number for all scenes, so that frames do not depend on each other;
@@ -23,7 +22,8 @@ EMPTY = 1e-4
 
 # Surfaces that have factors of their own at once, beside the largest; the first FEW of them are tried before all.
 FEW = 3
-SURFACES = tuple(f"surface_{k}" for k in range(2, 9))
+LAST = 8
+SURFACES = tuple(f"surface_{k}" for k in range(2, LAST + 1))
 
 
 def by_surface(values: Values) -> bool:
@@ -47,9 +47,11 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
         range_m = np.where(light.range_m > 0, light.range_m, np.inf)
         found = found + values["near"] * expit((np.log(values["near_range"]) - np.log(range_m)) / NEAR_EDGE)
     if by_surface(values):
-        number = segments(light.range_m, light.intrinsics)
-        found = found + values["one"] * (number == round(values["surface"]))
-        found = found + sum(values[name] * (number == k) for k, name in enumerate(SURFACES, start=2))
+        number = light.surfaces
+        each = np.zeros(max(int(number.max(initial=0)), LAST, round(values["surface"])) + 1)
+        each[2 : LAST + 1] = [values[name] for name in SURFACES]
+        each[round(values["surface"])] += values["one"]
+        found = found + each[number]
     return found
 
 

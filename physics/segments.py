@@ -7,6 +7,7 @@ its second differences vanish but for curvature, and are large where surfaces me
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from scipy.ndimage import label
 
 from physics.geometry import pixel_rays
@@ -18,6 +19,8 @@ BENT, NOISY = 0.2, 6.0
 SMALL = 0.004
 # Relative difference of ranges within which pieces lie on one plane, and within which one pixel still sees the same.
 COPLANAR, FOLLOWED = 0.01, 0.1
+# Neighbours of a pixel: by how many rows and columns it is after them.
+SIDES = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
 def segments(range_m: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
@@ -85,27 +88,43 @@ def _in_frame(inverse: np.ndarray, rays: np.ndarray, focal_px: tuple[float, floa
 
 def _grown(found: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     """Pieces (H, W) with what bends: each pixel goes with the neighbour that lies on a plane with it."""
-    found, framed = np.pad(found, 1), np.pad(inverse, 2, constant_values=np.nan)
-    inner, middle = (slice(1, -1), slice(1, -1)), (slice(2, -2), slice(2, -2))
-    sides = ((0, 1), (0, -1), (1, 0), (-1, 0))
+    framed, middle = np.pad(inverse, 2, constant_values=np.nan), (slice(2, -2), slice(2, -2))
     beside, beyond = (
-        np.stack([np.roll(framed, (many * down, many * right), (0, 1))[middle] for down, right in sides])
+        np.stack([np.roll(framed, (many * down, many * right), (0, 1))[middle] for down, right in SIDES])
         for many in (1, 2)
     )
     off = np.abs(inverse - np.where(np.isfinite(beyond), 2 * beside - beyond, beside))
     off = np.where(np.isfinite(off), off, np.inf)
     while True:
-        beside = np.stack([np.roll(found, side, (0, 1))[inner] for side in sides])
         # A neighbour that is in no piece yet may be in one soon; where all wait for each other, the pieces decide.
-        for distance in (off, np.where(beside > 0, off, np.inf)):
-            best = np.argmin(distance, axis=0)[None]
-            number, near = (np.take_along_axis(of, best, 0)[0] for of in (beside, distance))
-            reached = (found[inner] == 0) & (number > 0) & np.isfinite(near)
-            if reached.any():
+        for patient in (True, False):
+            grown = _joining(found, off, patient)
+            if (grown != found).any():
                 break
         else:
-            return found[inner]
-        found[inner][reached] = number[reached]
+            return found
+        found = grown
+
+
+@njit(nogil=True, cache=True)
+def _joining(found, off, patient):
+    """Pieces (H, W) and pixels that join the neighbour which is least `off` (4, H, W), if it is in a piece.
+
+    Only neighbours that are in one are asked where not patient.
+    """
+    height, width = found.shape
+    grown = found.copy()
+    for v in range(height):
+        for u in range(width):
+            if found[v, u] > 0:
+                continue
+            nearest = np.inf
+            for side in range(4):
+                y, x = v - SIDES[side][0], u - SIDES[side][1]
+                number = found[y, x] if 0 <= y < height and 0 <= x < width else 0
+                if off[side, v, u] < nearest and (patient or number > 0):
+                    nearest, grown[v, u] = off[side, v, u], number
+    return grown
 
 
 def _joined(found: np.ndarray, numbers: np.ndarray, inverse: np.ndarray, rays: np.ndarray) -> np.ndarray:

@@ -15,14 +15,19 @@ PRODUCTS = {name: "x" * i + "y" * j for name, (i, j) in POWERS.items()}
 def texture(values: Values, light: Light) -> np.ndarray:
     """Value of the polynomial, (F, H, W) or what broadcasts to it; 0 where no range is known and it is asked for."""
     x, y = _on_surface(light) if values["on_surface"] else np.moveaxis(light.rays[..., :2], -1, 0)
-    return sum((values[name] * x**i * y**j for name, (i, j) in POWERS.items() if values[name]), np.zeros(()))
+    # By multiplication, which is quicker than powers are.
+    across, down = ([1.0, one, one * one, one * one * one, (one * one) ** 2] for one in (x, y))
+    return sum((values[name] * across[i] * down[j] for name, (i, j) in POWERS.items() if values[name]), np.zeros(()))
 
 
 def _on_surface(light: Light) -> tuple[np.ndarray, np.ndarray]:
     """(F, H, W) each: metres to the right and down of what pixels see, in the camera's frame when the session began."""
     range_m = np.where(np.isfinite(light.range_m), light.range_m, 0).astype(float)
-    points = light.rays * (range_m / np.linalg.norm(light.rays, axis=-1))[..., None]
-    if light.motion is not None:
-        moved = light.motion.start_from_camera[light.motion.nearest(light.time_s)][:, None, None]
-        points = (moved[..., :3, :3] @ points[..., None])[..., 0] + moved[..., :3, 3]
-    return points[..., 0], points[..., 1]
+    depth = range_m / np.linalg.norm(light.rays, axis=-1)
+    if light.motion is None:
+        return light.rays[..., 0] * depth, light.rays[..., 1] * depth
+    moved = light.motion.start_from_camera[light.motion.nearest(light.time_s)]
+    rays = np.ascontiguousarray(np.moveaxis(light.rays, -1, 0))
+    # Row by row of the transform, so that no array of points is made.
+    right, down = (np.tensordot(moved[:, row, :3], rays, 1) * depth + moved[:, row, 3][:, None, None] for row in (0, 1))
+    return right, down

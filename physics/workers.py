@@ -21,7 +21,7 @@ def in_parallel(work: Callable[[Item], Result], items: Iterable[Item], *, singly
     singly: items are handed over one at a time, for few that take long and differ in how long.
     """
     items = list(items)
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = _cores()
     if min(cores, len(items)) < 2 or getattr(_inside, "working", False):
         return [work(item) for item in items]
     size = 1 if singly else -(-len(items) // (PARCELS * cores))
@@ -32,6 +32,18 @@ def in_parallel(work: Callable[[Item], Result], items: Iterable[Item], *, singly
         return [work(item) for item in parcel]
 
     return [result for done in _pool(os.getpid(), cores).map(one, parcels) for result in done]
+
+
+def in_slices(work: Callable[[slice], None], count: int) -> None:
+    """Work on slices of so many things, on all cores: all at once within other work, which keeps to its own core."""
+    parts = 1 if getattr(_inside, "working", False) else min(PARCELS * _cores(), count)
+    ends = [count * i // max(parts, 1) for i in range(parts + 1)]
+    in_parallel(work, [slice(*ends[i : i + 2]) for i in range(parts)], singly=True)
+
+
+def _cores() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @cache

@@ -1,24 +1,27 @@
 """`mirrored_zones`: the zones are not in the order that the maps assume."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
 from physics.rendering import Rendering
-from recordings.refusal import Refusal
 
 
 class MirroredZones(Effect):
     """Zones look where others were said to: two of them first, or two rows or columns, then all rows mirrored, then
-    columns, then rows for columns.
+    columns, then rows for columns: zones counted down the columns, whatever the grid.
 
     Each zone's weights become (1 − s) · its own + s · those of the zone it is exchanged with: s = 1 is the exchange,
     and a fit can find its way there. Footprints are exchanged, not what is the zone's own in time and counting: time
-    zero, background, gain. On a grid of one row or column there is nothing to mirror that way. Where the zones are in
-    any other order, `place` says in whose place each looks; what is no order leaves all where they were.
+    zero, background, gain. With `clocks` 1 zones bring their time zeros along, as where histograms are exchanged, not
+    maps; these are mixed in the same shares. On a grid of one row or column there is nothing to mirror that way. Where
+    the zones are in any other order, `place` says in whose place each looks; what is no order leaves all where they
+    were.
     """
 
     id = "mirrored_zones"
@@ -34,7 +37,6 @@ class MirroredZones(Effect):
         ),
         LookAlike("stray_light", "Light one corner alone: mirrored, one other zone answers; stray light is in all."),
     )
-    # A grid that is not square is refused its transpose, and that alone.
     forms = (
         ("rows",),
         ("columns",),
@@ -48,6 +50,8 @@ class MirroredZones(Effect):
         ("columns_exchanged",),
         ("reordered",),
     )
+    # Maps are in another order, or histograms.
+    forms = (*forms, *((*names, "clocks") for names in forms))
     parameters = tuple(
         # A little, and not half: half of all would make all zones alike, where no slope shows the way.
         Parameter(
@@ -62,7 +66,7 @@ class MirroredZones(Effect):
         for name, sentence in (
             ("rows", "1 where the first row of zones looks where the last was said to, and so on."),
             ("columns", "1 where the first column of zones looks where the last was said to, and so on."),
-            ("transposed", "1 where rows are columns; 0 where the grid is not square, as nothing else can be."),
+            ("transposed", "1 where rows are columns: zones are counted down, where the maps' go along."),
             ("zones_exchanged", "1 where zones `first` and `second` look where the other was said to."),
             ("rows_exchanged", "1 where the zones of rows `first` and `second` do."),
             ("columns_exchanged", "1 where the zones of columns `first` and `second` do."),
@@ -80,6 +84,7 @@ class MirroredZones(Effect):
         for name, start in (("first", 0.0), ("second", 1.0))
     )
     parameters += (
+        Parameter("clocks", "1", 0.0, 1.0, 0.0, "1 where zones bring their time zeros along.", tries=(1.0,)),
         Parameter(
             "place",
             unit="1",
@@ -93,12 +98,18 @@ class MirroredZones(Effect):
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Footprints of zones that take shares of each other's."""
-        grid = rendering.footprints.zone_grid
-        mixed = exchange(grid, values["rows"], values["columns"], values["transposed"]) @ exchanged(grid, values)
-        mixed = mixed @ reordered(grid, values)
+        mixed = taken(rendering.footprints.zone_grid, values)
         return rendering.footprints.changed(
             lambda weights: np.moveaxis(np.moveaxis(weights, -3, -1) @ mixed.T, -1, -3),
         )
+
+    def clock(self, values: Values, rendering: Rendering) -> Clock:
+        """Zones' time zeros, exchanged with them or not."""
+        zero = np.asarray(rendering.clock.time_zero_s, float)
+        if not values["clocks"] or zero.shape[-1:] in ((), (1,)):
+            return rendering.clock
+        theirs = zero @ taken(rendering.footprints.zone_grid, values).T
+        return replace(rendering.clock, time_zero_s=zero + values["clocks"] * (theirs - zero))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The two zones, rows and columns that fit best in each other's place, and the order that fits best of all."""
@@ -134,6 +145,12 @@ def _of_both(gain: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
     return float(gain[one, other].sum() + gain[other, one].sum())
 
 
+def taken(grid: tuple[int, int], values: Values) -> np.ndarray:
+    """(P, P) share of each zone (columns) in what each comes to be (rows)."""
+    mirrored = exchange(grid, values["rows"], values["columns"], values["transposed"])
+    return mirrored @ exchanged(grid, values) @ reordered(grid, values)
+
+
 def exchanged(grid: tuple[int, int], values: Values) -> np.ndarray:
     """(P, P) share of each zone's weights (columns) in those it has (rows) after two are exchanged."""
     rows, columns = grid
@@ -166,11 +183,6 @@ def _hat(place: float, count: int) -> np.ndarray:
 
 def exchange(grid: tuple[int, int], rows: float, columns: float, transposed: float) -> np.ndarray:
     """(P, P) share of each zone's weights (columns) in those it comes to have (rows)."""
-    if transposed and grid[0] != grid[1]:
-        raise Refusal(
-            f"effect mirrored_zones: transposed is {transposed:g} for {grid[0]} x {grid[1]} zones, "
-            "expected 0 where the grid is not square"
-        )
     zones = np.arange(grid[0] * grid[1]).reshape(grid)
     mixed = own = np.eye(zones.size)
     for share, other in ((rows, zones[::-1]), (columns, zones[:, ::-1]), (transposed, zones.T)):

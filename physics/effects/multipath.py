@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from physics.arrivals import Arrivals
-from physics.bounce import aimed_bounce, second_bounce
+from physics.bounce import bounces
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light, Return
 from physics.outside_plane import by_way_of_plane
@@ -17,7 +17,7 @@ from physics.walls_around import by_walls_around, likely_distances
 class Multipath(Effect):
     """Five ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
 
-    Between two visible surfaces: `physics.bounce`.
+    Between two visible surfaces, matt or rough: `physics.bounce`.
 
     Between target and sensor: light of strength S_i from pixels of solid angle ΔΩ_i, under α_i to the optical axis,
     falls on the sensor's face, which sends `sensor` (its reflectance times its area) of it back, matt as well:
@@ -50,6 +50,7 @@ class Multipath(Effect):
     forms = (
         ("between",),
         ("between", "aimed"),
+        ("between", "aimed", "rough"),
         ("sensor",),
         ("retro",),
         ("around", "around_distance"),
@@ -82,6 +83,7 @@ class Multipath(Effect):
             tries=(1.0,),
             sentence="Part of the source's light that goes where zones look; the rest lights all of the image alike.",
         ),
+        Parameter("rough", "1", 0.0, 1.0, 0.0, "Part of it that goes whichever way surfaces face.", tries=(1.0,)),
         Parameter(
             "sensor",
             unit="m²",
@@ -110,12 +112,7 @@ class Multipath(Effect):
             sentence="What walls on all sides send on, over what mirrors in even light would.",
         ),
         Parameter(
-            "around_distance",
-            unit="m",
-            low=0.01,
-            high=10.0,
-            start=0.5,
-            sentence="Distance of these walls from the sensor, wherever it goes.",
+            "around_distance", "m", 0.01, 10.0, 0.5, "Distance of these walls from the sensor, wherever it goes."
         ),
         Parameter(
             "outside",
@@ -183,9 +180,7 @@ class Multipath(Effect):
         total = rendering.arrivals.light
         if values["between"]:
             scene = rendering.light, rendering.footprints, rendering.clock
-            for way, part in ((second_bounce, 1 - values["aimed"]), (aimed_bounce, values["aimed"])):
-                if part:
-                    total = total + values["between"] * part * way(*scene)
+            total = total + values["between"] * bounces(*scene, values["aimed"], values["rough"])
         if values["sensor"]:
             back = from_face(rendering.light, rendering.footprints, rendering.clock)
             total = total + values["sensor"] / np.pi**2 * back

@@ -7,7 +7,6 @@ import numpy as np
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.rendering import Rendering
-from physics.segments import segments
 
 # Surfaces that a fit tries alone.
 ALONE = 4
@@ -100,6 +99,10 @@ class NonLambertian(Effect):
         """Surfaces are followed, and numbered by their pixels, through all frames."""
         return (np.inf, np.inf) if values["gloss"] != 0 else (0.0, 0.0)
 
+    def mixes(self, values: Values) -> bool:
+        """Which surface is which a part of the frames knows."""
+        return False
+
     def light(self, values: Values, rendering: Rendering) -> Light:
         """The lobe, added to what surfaces send back directly."""
         light = rendering.light
@@ -116,7 +119,7 @@ class NonLambertian(Effect):
             lobe *= np.maximum(2 * light.reflectance, 2 * DARKEST) ** (values["pigment"] - 1)
         more = np.exp(values["power"] * log) + lobe
         if values["gloss"] != 0:
-            chosen = segments(light.range_m, light.intrinsics) == round(values["surface"])
+            chosen = light.surfaces == round(values["surface"])
             more = more + chosen * values["gloss"] * np.exp((values["gloss_exponent"] - 1) * log)
         strength = np.where(lit, direct.strength * np.maximum(more, 0), direct.strength).astype(np.float32)
         return replace(light, returns=(replace(direct, strength=strength), *others))

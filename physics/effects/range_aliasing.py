@@ -97,6 +97,7 @@ class RangeAliasing(Effect):
         """The pulse, averaged over the jitter: exact for its cumulative, which is linear within a step."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
         way_m = values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
+        way_m = way_m if way_m.any() else way_m[:1]  # Frames alike are worked out once.
         ranges = np.atleast_1d(values["apparent_range"]) + way_m[:, None]
         arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
         after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
@@ -135,7 +136,7 @@ def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:
     edges, cumulative = pulse.edges, pulse.edge_cumulative
     until = np.concatenate([[0.0], np.cumsum((cumulative[1:] + cumulative[:-1]) / 2 * pulse.step_s)])
     inside = np.clip(time_s, edges[0], edges[-1])
-    step = np.clip(np.searchsorted(edges, inside, side="right") - 1, 0, len(pulse.probability) - 1)
+    step = np.minimum(((inside - edges[0]) / pulse.step_s).astype(int), len(pulse.probability) - 1)
     part = inside - edges[step]
     quadratic = until[step] + part * (cumulative[step] + pulse.probability[step] * part / (2 * pulse.step_s))
     return quadratic + cumulative[-1] * np.maximum(time_s - edges[-1], 0)

@@ -156,6 +156,10 @@ class ReflectanceMap(Effect):
         """Surfaces are followed, and numbered by their pixels, through all frames."""
         return (np.inf, np.inf) if by_surface(values) else (0.0, 0.0)
 
+    def mixes(self, values: Values) -> bool:
+        """Which surface is which a part of the frames knows."""
+        return False
+
     def light(self, values: Values, rendering: Rendering) -> Light:
         """Reflectance and the strength of what surfaces send back directly, times one factor by pixel."""
         light = rendering.light

@@ -40,7 +40,7 @@ def tried(monkeypatch):
     return made
 
 
-TRAIN = SimpleNamespace(rendering=lambda gain: None)
+TRAIN = SimpleNamespace(rendering=lambda gain: None, work=SimpleNamespace(enough=False))
 
 
 def selected():
@@ -52,6 +52,13 @@ def test_two_others_that_stand_out_are_tried_once_each_where_there_is_doubt(trie
     vars(tried).update(doubt)
     assert selected() == "tail"
     assert tried.begun == ["walk", "fog"]
+
+
+def test_none_is_tried_where_enough_was_rendered(tried, monkeypatch):
+    tried.left = ("a place",)
+    monkeypatch.setattr(TRAIN.work, "enough", True)
+    assert selected() == "tail"
+    assert tried.begun == []
 
 
 @pytest.mark.parametrize("name", ["walk", "fog"])

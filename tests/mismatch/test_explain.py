@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from mismatch import work
 from mismatch.explain import explain
 from mismatch.improved import improved_sensor
 from mismatch.open_simulation import simulation_of
@@ -48,6 +49,15 @@ def test_one_cause_is_named_and_measured(drawn, name):
     assert verdict.unexplained == ()
     assert len(verdict.located) == 1
     assert name not in {one.id for one in verdict.not_visible}
+
+
+def test_a_search_that_was_ended_early_says_so_and_names_nothing_it_has_not_tried(drawn, monkeypatch):
+    monkeypatch.setattr(work, "MOST_RENDERINGS", 10)
+    found = explain(drawn(5, "impulse_tail", share=0.15, tau=4e-10))
+    assert found.verdict.verdict == "unknown"
+    assert found.verdict.effects == ()
+    assert found.verdict.unexplained
+    assert any("the search was ended" in note for note in found.verdict.notes)
 
 
 def test_zones_of_unequal_gain_are_named_and_measured_against_each_other(drawn):

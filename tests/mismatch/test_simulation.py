@@ -41,6 +41,15 @@ def test_some_frames_are_those_of_the_whole(drawn):
     np.testing.assert_allclose(simulation.of(chosen).expected(80.0), simulation.expected(80.0)[chosen], rtol=1e-12)
 
 
+def test_some_frames_with_surfaces_told_apart_are_those_of_the_whole(drawn):
+    simulation, chosen = drawn(3), np.array([1, 4, 5])
+    for name, values in (("reflectance_map", {"one": 0.4}), ("non_lambertian", {"gloss": 0.5})):
+        setting = find_effect(name).at(**values)
+        every = simulation.expected(80.0, (setting,))
+        assert (every != simulation.expected(80.0)).any()
+        np.testing.assert_allclose(simulation.of(chosen).expected(80.0, (setting,)), every[chosen], rtol=1e-12)
+
+
 def test_the_background_is_what_it_is_with_the_effects_that_are_there(drawn):
     simulation = drawn(3)
     pedestal = find_effect("ambient_pedestal").at(level=[1.0, 2, 3, 4])

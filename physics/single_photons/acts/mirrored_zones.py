@@ -6,28 +6,25 @@ import numpy as np
 
 from physics.effect import Values
 from physics.single_photons.world import NO_PIXEL, Photons, World
-from recordings.refusal import Refusal
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Each photon from the scene has its zone put in another order or not, by chance; then it or its line exchanged for
-    another; then its row mirrored, its column, and the two exchanged with each other.
+    another; then its row mirrored, its column, and its zone counted down the columns.
 
-    The zone that counts it times it by its own clock. What never was in the field of view has no map to be on.
+    The zone that counts it times it by its own clock, unless clocks come along. What never was in the field of view has
+    no map to be on.
     """
     rows, columns = world.zone_grid
-    if values["transposed"] and rows != columns:
-        raise Refusal(
-            f"mirrored_zones: transposed is {values['transposed']:g} on {rows} x {columns} zones, expected 0 there"
-        )
     zone = _in_order(photons.zone, world.zone_grid, values, rng)
     row, column = np.divmod(_in_pairs(zone, world.zone_grid, values, rng), columns)
     row = np.where(rng.random(len(photons)) < values["rows"], rows - 1 - row, row)
     column = np.where(rng.random(len(photons)) < values["columns"], columns - 1 - column, column)
     turned = rng.random(len(photons)) < values["transposed"]
-    row, column = np.where(turned, column, row), np.where(turned, row, column)
-    zone = np.where(photons.pixel == NO_PIXEL, photons.zone, row * columns + column).astype(photons.zone.dtype)
-    time = photons.time_s + world.time_zero_s[zone] - world.time_zero_s[photons.zone]
+    counted = np.where(turned, column * rows + row, row * columns + column)
+    zone = np.where(photons.pixel == NO_PIXEL, photons.zone, counted).astype(photons.zone.dtype)
+    later = world.time_zero_s[zone] - world.time_zero_s[photons.zone]
+    time = photons.time_s + (1 - values["clocks"]) * later
     return replace(photons, zone=zone, time_s=time)
 
 

@@ -15,7 +15,6 @@ from physics.footprint import footprints
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 from recordings.maps import ResponseMaps
-from recordings.refusal import Refusal
 
 SHARE = st.floats(0, 1)
 
@@ -102,7 +101,7 @@ def test_what_a_zone_gains_in_the_place_of_another():
 @pytest.mark.parametrize("which", ["rows", "columns", "transposed"])
 def test_a_mirrored_mirror_is_none(grid, which):
     if which == "transposed" and grid[0] != grid[1]:
-        return
+        return  # Counted down the columns twice is another order.
     whole = exchange(grid, **({"rows": 0, "columns": 0, "transposed": 0} | {which: 1}))
     np.testing.assert_array_equal(whole @ whole, np.eye(grid[0] * grid[1]))
 
@@ -128,7 +127,7 @@ def test_footprints_that_move_are_exchanged_in_every_frame(small):
     np.testing.assert_allclose(found, moving.weights[:, [2, 3, 0, 1]], rtol=1e-12)
 
 
-def test_rows_are_no_columns_where_their_numbers_differ(small):
+def test_a_grid_that_is_not_square_is_counted_down_its_columns(small):
     responses = np.random.default_rng(1).uniform(1, 2, (2, 3, 20))
     x, y = np.random.default_rng(2).uniform((0, 0), (848, 480), (20, 2)).T
     where = footprints(ResponseMaps(responses, x, y, np.full(20, "a")), (6, 10))
@@ -136,5 +135,23 @@ def test_rows_are_no_columns_where_their_numbers_differ(small):
     model = ForwardModel(small.light, where, clock)
     found = model.expected(1.0, [effect.at(rows=1, columns=1, transposed=0)])
     np.testing.assert_allclose(found, model.expected()[:, ::-1], rtol=1e-9)
-    with pytest.raises(Refusal, match=r"transposed is 0\.1 for 2 x 3 zones, expected 0"):
-        model.expected(1.0, [effect.at(rows=1, transposed=0.1)])
+    down = model.expected(1.0, [effect.at(rows=0, transposed=1.0)])
+    # The second zone is that of the first column's second row, which the maps count as the fourth.
+    np.testing.assert_allclose(down, model.expected()[:, [0, 3, 1, 4, 2, 5]], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "values", [{"rows": 1}, {"columns": 1, "transposed": 1}, {"reordered": 1, "place": [2, 0, 3, 1]}]
+)
+def test_histograms_that_are_exchanged_bring_their_clocks_along(small, values):
+    clock = replace(small.clock, time_zero_s=np.array([1.0, 1.7, 2.1, 3.2]) * 1e-9)
+    model = ForwardModel(small.light, small.footprints, clock)
+    maps_alone = ForwardModel(small.light, small.footprints, replace(clock, time_zero_s=np.zeros(1)))
+    which = maps_alone.expected(1.0, [effect.at(**values)]), maps_alone.expected()
+    order = [int(np.argmin([np.abs(which[0][:, p] - which[1][:, q]).max() for q in range(4)])) for p in range(4)]
+    assert order != [0, 1, 2, 3]
+    np.testing.assert_allclose(
+        model.expected(1.0, [effect.at(clocks=1, **values)]), model.expected()[:, order], rtol=1e-9, atol=1e-12
+    )
+    # Where the maps are, zones keep their own.
+    assert not np.allclose(model.expected(1.0, [effect.at(**values)]), model.expected()[:, order], rtol=1e-3)

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from physics import bounce
-from physics.bounce import OUTSIDE, aimed_bounce, patches, second_bounce
+from physics.bounce import OUTSIDE, bounces, patches
 from physics.clock import Clock
 from physics.effects.multipath import effect
 from physics.footprint import footprints
@@ -97,7 +97,7 @@ def test_two_plates_exchange_what_drawn_rays_carry(corner, from_wall, cells, nea
     monkeypatch.setattr(bounce, "CELLS", cells)
     weight, path = drawn_bounces(corner, from_wall, 400_000, np.random.default_rng(3))
     lattice = corner.clock.lattice
-    found = second_bounce(corner.light, corner.footprints, corner.clock)[0, 1 if from_wall else 0]
+    found = bounces(corner.light, corner.footprints, corner.clock, 0.0, 0.0)[0, 1 if from_wall else 0]
     statistics = np.sqrt(np.square(weight).sum()) / weight.sum()
     assert found.sum() == pytest.approx(weight.sum(), rel=near + 4 * statistics)
     paths = C * (lattice.first_s + lattice.step_s * np.arange(lattice.size) - 2e-9)
@@ -107,11 +107,21 @@ def test_two_plates_exchange_what_drawn_rays_carry(corner, from_wall, cells, nea
     assert np.abs(np.cumsum(mine - drawn)).max() < (near + 4 * statistics) * drawn.sum()
 
 
+def test_zones_that_begin_later_get_the_same_later(corner):
+    width = corner.clock.lattice.step_s
+    zeros = np.broadcast_to(corner.clock.time_zero_s, 2) + np.array([0.0, 7.3 * width])
+    found = bounces(corner.light, corner.footprints, corner.clock, 0.0, 0.0)[0]
+    later = bounces(corner.light, corner.footprints, replace(corner.clock, time_zero_s=zeros), 0.0, 0.0)[0]
+    np.testing.assert_allclose(later[0], found[0], atol=1e-15)
+    np.testing.assert_allclose(later[1, 8:], 0.7 * found[1, 1:-7] + 0.3 * found[1, :-8], atol=1e-9 * found.max())
+    assert not later[1, :7].any()
+
+
 def test_a_flat_wall_lights_nothing_and_zones_that_see_nothing_receive_nothing(corner):
     flat = direct_light(np.ones((1, *corner.shape)), corner.matrix)
-    assert second_bounce(flat, corner.footprints, corner.clock).max() < 1e-9
+    assert bounces(flat, corner.footprints, corner.clock, 0.0, 0.0).max() < 1e-9
     half = corner.footprints.changed(lambda weights: weights * np.array([1.0, 0])[:, None, None])
-    found = second_bounce(corner.light, half, corner.clock)
+    found = bounces(corner.light, half, corner.clock, 0.0, 0.0)
     assert found[0, 0].sum() > 0
     assert found[0, 1].sum() == 0
 
@@ -119,11 +129,35 @@ def test_a_flat_wall_lights_nothing_and_zones_that_see_nothing_receive_nothing(c
 def test_a_source_aimed_where_the_zones_look_lights_that_alone(corner, monkeypatch):
     monkeypatch.setattr(bounce, "CELLS", 10_000)
     scene = corner.light, corner.footprints, corner.clock
-    np.testing.assert_allclose(aimed_bounce(*scene), second_bounce(*scene), rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(bounces(*scene, 1.0, 0.0), bounces(*scene, 0.0, 0.0), rtol=1e-9, atol=1e-15)
     # Of the corner's two plates zones see one: nothing else is lit, and one plate alone does not light itself.
     one = corner.footprints.changed(lambda weights: weights * np.array([1.0, 0])[:, None, None])
-    assert second_bounce(corner.light, one, corner.clock).max() > 1e-6
-    assert aimed_bounce(corner.light, one, corner.clock).max() < 1e-9
+    assert bounces(corner.light, one, corner.clock, 0.0, 0.0).max() > 1e-6
+    assert bounces(corner.light, one, corner.clock, 1.0, 0.0).max() < 1e-9
+
+
+def test_rough_surfaces_exchange_light_whichever_way_they_face(corner, monkeypatch):
+    monkeypatch.setattr(bounce, "CELLS", 60)
+    found = bounces(corner.light, corner.footprints, corner.clock, 0.0, 1.0)[0]
+    made = patches(corner.light, 0)
+    weights = corner.footprints.weights * corner.light.reflectance[0]
+    expected, paths = np.zeros(2), np.zeros(2)
+    away = np.linalg.norm(made.point_m, axis=1)
+    for i in range(len(made.area_m2)):
+        for j in set(range(len(made.area_m2))) - {i}:
+            apart = np.linalg.norm(made.point_m[i] - made.point_m[j])
+            given = made.sent_sr[i] / 4 / (np.pi * apart**2 + made.area_m2[i]) * weights[:, made.label == j].sum(axis=1)
+            expected += given
+            paths += given * (away[i] + apart + away[j])
+    np.testing.assert_allclose(found.sum(axis=1), expected, rtol=1e-5)
+    lattice = corner.clock.lattice
+    arrival = (
+        lattice.first_s + lattice.step_s * np.arange(lattice.size) - np.broadcast_to(corner.clock.time_zero_s, 2)[0]
+    )
+    np.testing.assert_allclose(found @ arrival * C, paths, rtol=1e-5)
+    # A wall that lights nothing if it is matt does if it is rough.
+    flat = direct_light(np.ones((1, *corner.shape)), corner.matrix)
+    assert bounces(flat, corner.footprints, corner.clock, 0.0, 1.0).max() > 1e-6
 
 
 def test_patches_do_not_hang_between_the_two_sides_of_an_edge(corner):

@@ -108,6 +108,21 @@ def test_where_surfaces_are_told_apart_it_looks_at_all_frames():
     assert effect.reach(effect.at(contrast=0.3, surface=3).values) == (0, 0)
 
 
+def test_a_part_of_the_frames_knows_which_surface_is_which():
+    light, bar = room()
+    # In the last frame alone the bar is the larger: there it is surface 1, of all frames 2.
+    depth = np.where(np.broadcast_to(np.arange(40) < 30, bar.shape), 0.8, 1.6)
+    depth[:2] = np.where(bar[:2], 0.8, 1.6)
+    intrinsics = light.intrinsics
+    every = direct_light(depth, intrinsics, np.full(bar.shape, 0.5))
+    some = every.of(np.array([1, 2])).of(np.array([1]))
+    np.testing.assert_array_equal(some.surfaces, every.surfaces[2:])
+    assert (direct_light(depth[2:], intrinsics).surfaces != some.surfaces).any()
+    np.testing.assert_array_equal(
+        seen(some, one=0.4, surface=2).reflectance, seen(every, one=0.4, surface=2).reflectance[2:]
+    )
+
+
 def test_where_no_reflectance_is_assumed_contrast_is_a_gain_and_the_step_nothing():
     plain = scene(None)
     np.testing.assert_allclose(

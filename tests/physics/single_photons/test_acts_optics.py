@@ -147,6 +147,8 @@ def test_photons_change_zones_and_clocks(world, values, zones):
     after = mirrored(world, before, **values)
     np.testing.assert_array_equal(after.zone, np.array(zones)[before.zone])
     np.testing.assert_allclose(after.time_s - world.time_zero_s[after.zone], 1e-9, rtol=1e-9)
+    along = mirrored(world, before, clocks=1, **values)
+    np.testing.assert_array_equal(along.time_s, before.time_s)
 
 
 def test_of_a_part_of_the_photons_each_choice_is_its_own(world):
@@ -155,8 +157,16 @@ def test_of_a_part_of_the_photons_each_choice_is_its_own(world):
     np.testing.assert_allclose(found, [0.7 * 0.8, 0.7 * 0.2, 0.3 * 0.8, 0.3 * 0.2], atol=0.01)
 
 
-def test_photons_from_no_pixel_stay_and_only_a_square_grid_is_transposed(world):
+def test_photons_from_no_pixel_stay(world):
     inside = replace(of_every_zone(world), pixel=np.full(8000, NO_PIXEL, np.int32))
     np.testing.assert_array_equal(mirrored(world, inside, rows=1, columns=1, transposed=1).zone, inside.zone)
-    with pytest.raises(Refusal, match="transposed is 1 on 1 x 4 zones, expected 0 there"):
-        mirrored(replace(world, zone_grid=(1, 4)), inside, transposed=1)
+
+
+def test_a_grid_that_is_not_square_is_counted_down_its_columns(world):
+    wide = replace(world, zone_grid=(2, 3), time_zero_s=np.arange(6) * 1e-9)
+    zone = np.arange(6, dtype=np.int32)
+    before = Photons(zone, wide.time_zero_s + 5e-9, np.zeros(6, np.int32), np.zeros(6, np.int32))
+    after = mirrored(wide, before, transposed=1)
+    # Rows of three, 0 1 2 and 3 4 5, are counted 0 2 4 and 1 3 5 down the columns.
+    np.testing.assert_array_equal(after.zone, [0, 2, 4, 1, 3, 5])
+    np.testing.assert_allclose(after.time_s - wide.time_zero_s[after.zone], 5e-9, rtol=1e-9)

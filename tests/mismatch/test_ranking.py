@@ -1,0 +1,42 @@
+"""Ranking: every form as it promises by itself, the best start of each."""
+
+import numpy as np
+import pytest
+
+from mismatch import ranking
+from mismatch.fit import fit_nominal
+from mismatch.form import forms_of
+from mismatch.projection import Projection
+from mismatch.ranking import promise, ranked
+from physics.effects import find_effect
+
+from .conftest import BINS, ZONES
+
+
+@pytest.fixture
+def aliased(drawn):
+    return drawn(4, "range_aliasing", counts=30.0, apparent_range=1.0)
+
+
+def test_forms_that_begin_alike_promise_what_each_would_alone(aliased, monkeypatch):
+    forms = list(forms_of(find_effect("range_aliasing"), {"zone": ZONES, "bin": BINS}))
+    nominal, asked = fit_nominal(aliased), []
+    projection = Projection(aliased, nominal)
+
+    def counted(*args):
+        asked.append(args[-1])
+        return promise(*args)
+
+    monkeypatch.setattr(ranking, "promise", counted)
+    found, tried = ranked(aliased, nominal, forms)
+    assert len(asked) < tried
+    # Steady, drawing near, jittered, deep: with one number of counts, and with one for each zone.
+    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 8
+    for one in found:
+        alone = promise(aliased, nominal, projection, one.form)
+        assert (one.gain, one.dof, one.log_p) == (alone.gain, alone.dof, alone.log_p)
+        others = (
+            promise(aliased, nominal, projection, f) for f in forms if (f.free, f.own) == (one.form.free, one.form.own)
+        )
+        assert one.gain >= max(other.gain for other in others if other is not None)
+    assert all(np.diff([s.log_p for s in found]) >= 0)
