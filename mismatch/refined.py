@@ -79,12 +79,19 @@ def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:
 
 
 def richer(form: Form, forms: list[Form]) -> Iterator[Form]:
-    """The form with a value for each zone instead of one for all, and forms that leave more of the effect free."""
+    """The form with a value for each zone instead of one for all, and forms that leave more, or other, free."""
     by_zone = tuple(name for name in form.free if form.effect.parameter(name).axis == "zone")
     for own in (tuple(name for name in by_zone if name in form.strengths), by_zone):
         if set(own) > set(form.own):
             yield form.with_own(own)
     same = (other for other in forms if other.effect.id == form.effect.id)
-    more = {(o.free, o.own): o for o in same if set(o.free) > set(form.free) and set(o.own) >= set(form.own)}
+    # Also those that leave something else free instead: this one may have been chosen for want of that.
+    more = {(o.free, o.own): o for o in same if _adds(o, form)}
     for other in more.values():
         yield other.given_as(form)
+
+
+def _adds(other: Form, form: Form) -> bool:
+    """Whether a form of the same strengths, or more, leaves something free that another does not."""
+    strengths = set(other.strengths) >= set(form.strengths) and set(other.own) >= set(form.own)
+    return strengths and bool(set(other.free) - set(form.free))

@@ -5,7 +5,7 @@ import pytest
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
-from mismatch.refined import plainer, refined, richer
+from mismatch.refined import enriched, plainer, refined, richer
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -53,7 +53,8 @@ def test_richer_forms_hold_all_that_the_form_has(name):
     found = list(richer(form, FORMS))
     for other in found:
         assert other.effect is form.effect
-        assert set(other.free) >= set(form.free)
+        assert set(other.strengths) >= set(form.strengths)
+        assert set(other.free) - set(form.free) or other.own != form.own
         assert set(other.own) >= set(form.own)
         assert (other.free, other.own) != (form.free, form.own)
         # A fit may begin where the other ended.
@@ -61,6 +62,18 @@ def test_richer_forms_hold_all_that_the_form_has(name):
     assert (name != "impulse_tail") == any(other.own for other in found)
     if name == "range_aliasing":
         assert any(other.own == ("counts", "apparent_range") for other in found)
+
+
+def test_a_form_that_leaves_other_parameters_free_is_tried_in_its_place(drawn):
+    """A blur that was taken for longer one way, and is sharper and not brought back to its sum."""
+    blur = {f.free: f for f in FORMS if f.effect.id == "footprint_blur"}
+    taller, sharper = blur["variance", "taller"], blur["variance", "amount", "kept"]
+    assert sharper.free in {other.free for other in richer(taller, FORMS)}
+    train = drawn(3, "footprint_blur", variance=-500.0, amount=2.0, kept=0.0)
+    begun = next(f for f in FORMS if f.free == taller.free and f.start["variance"] < 0)
+    found = enriched(train, chosen(train, begun), FORMS)
+    assert found.forms[0].free == sharper.free
+    assert found.settings[0].values["taller"] == 0
 
 
 def test_an_earlier_effect_gives_up_what_another_came_to_say(drawn):
