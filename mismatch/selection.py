@@ -8,6 +8,7 @@ from mismatch.candidates import Candidate, candidates_of, price
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
+from mismatch.looked import looks
 from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
 from mismatch.refined import plainer, refined
@@ -62,7 +63,7 @@ def _onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list
         candidates: list[Candidate] = []
         best = None
         while significant and best is None and len(candidates) < MOST_FITTED:
-            chosen = most_promising(significant)
+            chosen = most_promising(significant, now.deviance)
             found = candidates_of(train, test, now, chosen)
             candidates += found
             best = next((c for c in found if c.stands_out(len(candidates))), None)
@@ -87,11 +88,15 @@ def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:
     return [form for form in forms if form.effect.id not in taken]
 
 
-def most_promising(scores: list[Score]) -> list[Score]:
-    """For each of the effects that promise most, its forms that promise most."""
+def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
+    """For each of the effects that promise most, its forms that promise most; and of its forms that look, too.
+
+    most: deviance that there is to be gained, which scores far from where they are true surpass. Forms that look do
+    not: what they promise they have gained.
+    """
     effects: list[str] = []
     chosen = []
-    best = max((s.gain for s in scores), default=0.0)
+    best = min(max((s.gain for s in scores), default=0.0), most)
     for s in scores:
         if s.gain < PROMISING * best:
             continue
@@ -100,7 +105,7 @@ def most_promising(scores: list[Score]) -> list[Score]:
             if len(effects) == FITTED:
                 continue
             effects.append(name)
-        if sum(c.form.effect.id == name for c in chosen) < 2:
+        if sum(c.form.effect.id == name and looks(c.form) == looks(s.form) for c in chosen) < 2:
             chosen.append(s)
     return chosen
 

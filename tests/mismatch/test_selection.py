@@ -9,7 +9,7 @@ from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
 from mismatch.refined import enriched
 from mismatch.rivals import rivals
-from mismatch.selection import others_than, select
+from mismatch.selection import most_promising, others_than, select
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -51,3 +51,29 @@ def test_a_rival_gains_the_parameter_it_lacked(drawn):
     found = enriched(train, fitted, forms)
     assert "jitter" in found.forms[0].free
     assert found.deviance < fitted.deviance - 20
+
+
+def scores(*promised):
+    """Scores of forms of effects by name, that look or not, and promise so much; best first."""
+    made = []
+    for name, looks, gain in sorted(promised, key=lambda one: -one[2]):
+        effect = SimpleNamespace(id=name, looks=lambda values, looks=looks: looks)
+        form = SimpleNamespace(effect=effect, setting=lambda x: SimpleNamespace(values={}), at_start=lambda: None)
+        made.append(SimpleNamespace(form=form, gain=gain))
+    return made
+
+
+def test_what_promises_more_than_there_is_to_gain_hides_nothing_that_looks():
+    found = scores(
+        ("aliasing", False, 9e5),
+        ("other", False, 8e5),
+        ("other", False, 7e5),
+        ("other", False, 6e5),
+        ("other", True, 2e4),
+    )
+    kept = most_promising(found, 3e4)
+    assert [(one.form.effect.id, one.gain) for one in kept] == [
+        ("aliasing", 9e5), ("other", 8e5), ("other", 7e5), ("other", 2e4)
+    ]  # fmt: skip
+    # Were there as much to gain as is promised, what looks would be too little.
+    assert len(most_promising(found)) == 3
