@@ -10,7 +10,12 @@ from physics.rendering import Rendering
 
 
 class StrayLight(Effect):
-    """Light scattered in the lens falls on all zones: in each, a share of the sum of all, timed by its own clock."""
+    """In each zone, a share of the sum of all zones.
+
+    Light that is scattered in the lens falls on all zones and is timed by the clock of the zone that counts it. Where
+    signals mix after they were timed, as they may between neighbouring wires, they come at the time that they had in
+    the zone they are of: `clocks` is the part of it that does.
+    """
 
     id = "stray_light"
     acts_on = "optics"
@@ -21,6 +26,7 @@ class StrayLight(Effect):
         LookAlike("multipath", "Show one zone alone a bright target: stray light is not late, a second bounce is."),
         LookAlike("footprint_blur", "Show one zone alone a target: stray light is in all others, blur in the next."),
     )
+    forms = (("share",), ("share", "clocks"))
     parameters = (
         Parameter(
             "share",
@@ -32,15 +38,18 @@ class StrayLight(Effect):
             axis="zone",
             sentence="What the zone receives more, as a part of the sum of all zones; about 0.01 is common.",
         ),
+        Parameter("clocks", "1", 0.0, 1.0, 0.0, "Part of it that brings its zone's time zero along.", tries=(1.0,)),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
-        """In each zone, a share of the sum over zones, moved to this zone's time zero."""
+        """In each zone, a share of the sum over zones, moved to this zone's time zero or not."""
         own = rendering.arrivals
         zero = np.broadcast_to(rendering.clock.time_zero_s, own.light.shape[:2])
         total = own.delayed(zero[:, :1] - zero).light.sum(axis=1, keepdims=True)
         everywhere = replace(own, light=np.broadcast_to(total, own.light.shape)).delayed(zero - zero[:, :1])
-        return replace(own, light=own.light + np.atleast_1d(values["share"])[:, None] * everywhere.light)
+        as_timed = own.light.sum(axis=1, keepdims=True)
+        mixed = everywhere.light + values["clocks"] * (as_timed - everywhere.light)
+        return replace(own, light=own.light + np.atleast_1d(values["share"])[:, None] * mixed)
 
 
 effect = StrayLight()

@@ -77,7 +77,10 @@ def _between(lit: Lit, world: World, values: Values, rng: np.random.Generator) -
         apart = np.linalg.norm(way, axis=-1)
         leaves = np.einsum("ijk,ik->ij", way, lit.normal[i]) / np.where(apart > 0, apart, 1)
         meets = -np.einsum("ijk,jk->ij", way, lit.normal[seconds]) / np.where(apart > 0, apart, 1)
-        met = np.clip(leaves, 0, None) * np.clip(meets, 0, None) / (np.pi * apart**2 + lit.area_m2[i, None])
+        matt = np.clip(leaves, 0, None) * np.clip(meets, 0, None)
+        # Facets of a rough surface face all ways: half is the mean of their cosines.
+        facing = matt + values["rough"] * (np.where(apart > 0, 0.5 * 0.5, 0) - matt)
+        met = facing / (np.pi * apart**2 + lit.area_m2[i, None])
         first, second = np.nonzero(met)
         mean = stands_for * sent[i][first] * met[first, second] * seen.sum(axis=0)[second]
         number = rng.poisson(mean)

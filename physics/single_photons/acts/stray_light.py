@@ -10,7 +10,8 @@ from physics.single_photons.world import Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Beside each photon another falls on each zone with the probability of that zone, and is timed by its clock.
+    """Beside each photon another falls on each zone with the probability of that zone, and is timed by its clock, or
+    keeps its time by chance.
 
     Pairs share their pulse's delay: counts of any one bin are Poisson all the same, counts of two bins hang together
     as little as the share is.
@@ -18,6 +19,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     share, everything = by_zone(world, values["share"]), photons
     for zone in range(world.zones):
         stray = photons.only(rng.random(len(photons)) < share[zone])
-        time = stray.time_s - world.time_zero_s[stray.zone] + world.time_zero_s[zone]
+        later = world.time_zero_s[zone] - world.time_zero_s[stray.zone]
+        time = stray.time_s + np.where(rng.random(len(stray)) < values["clocks"], 0.0, later)
         everything = everything.and_also(replace(stray, zone=np.full_like(stray.zone, zone), time_s=time))
     return everything

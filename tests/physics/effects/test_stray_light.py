@@ -28,6 +28,17 @@ def test_a_blind_zone_sees_what_the_others_see_by_its_own_clock(small):
     np.testing.assert_allclose(found[:, 3, 1:], 0.2 * found[:, :3].sum(axis=1)[:, :-1], atol=1e-9)
 
 
+def test_what_mixes_after_it_was_timed_keeps_its_time(small):
+    zeros = np.array([2.0, 2.3, 2.9, 3.4]) * 1e-9
+    model = model_at(small, zeros)
+    signal = model.expected(1e3) - 5
+    more = model.expected(1e3, [effect.at(share=0.1, clocks=1)]) - model.expected(1e3)
+    np.testing.assert_allclose(more, np.broadcast_to(0.1 * signal.sum(axis=1, keepdims=True), more.shape), atol=1e-9)
+    half, none = (model.expected(1e3, [effect.at(share=0.1, clocks=c)]) - model.expected(1e3) for c in (0.5, 0))
+    np.testing.assert_allclose(half, (more + none) / 2, atol=1e-9)
+    assert np.abs(more - none).max() > 1
+
+
 def test_crosstalk_is_no_light_of_the_field(small):
     model = model_at(small, [2e-9] * 4)
     both = model.expected(1e3, [crosstalk.at(), effect.at()])

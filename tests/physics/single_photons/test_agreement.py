@@ -72,10 +72,12 @@ STRENGTHS = {
         {"zones_exchanged": 0.7, "first": 1, "second": 2},
         {"rows_exchanged": 1, "columns_exchanged": 0.4, "transposed": 1},
         {"reordered": 0.8, "place": [2, 0, 3, 1], "rows": 1},
+        {"columns": 1, "transposed": 1, "clocks": 1},
     ],
     "multipath": [
         {"between": 1, "sensor": 0, "outside": 0},
         {"between": 1, "aimed": 0.7},
+        {"between": 1, "aimed": 0.3, "rough": 0.6},
         {"between": 0, "sensor": 0.1, "outside": 0},
         {"retro": 0.05},
         {"around": 0.5, "around_distance": 0.4},
@@ -135,7 +137,7 @@ STRENGTHS = {
         {"covered": 0.4, "spacing": 0.25, "nearest": 0.5, "farthest": 0.9},
         {"covered": 0.4, "spacing": -0.15, "nearest": 0.6, "reflectance": 0.5, "falloff": 0},
     ],
-    "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}],
+    "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}, {"share": 0.2, "clocks": 0.7}],
     "time_lag": [{"lag": 0.03}, {"lag": -0.13}],
     "time_zero_drift": [
         {"rate": 3e-9},
