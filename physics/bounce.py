@@ -15,7 +15,8 @@ Rough surfaces have facets that face every way; between these cosφ_i · cosφ_j
 mean over the hemisphere that a facet may face.
 
 The sums run over patches instead of pixels: the image in at most `CELLS` cells, each cell in two at its mean range, so
-that the two sides of an edge do not mix. The source lights all of the image alike and nothing beyond it, or as the
+that the two sides of an edge do not mix; reflectance is what was assumed of it, as what an effect makes of that is of
+second order here. The source lights all of the image alike and nothing beyond it, or as the
 zones look: most where all of them together see most. What stands between two patches is not looked for: all that face
 each other exchange light. What a patch exchanges with itself, as it may where it is rough, is left out: it comes with
 the direct light.
@@ -31,7 +32,7 @@ from scipy.constants import speed_of_light
 from physics.arrivals import delayed
 from physics.clock import Clock
 from physics.footprint import Footprints
-from physics.kept import kept_with_light
+from physics.kept import kept_with_scene
 from physics.light import Light
 from physics.normals import solid_angles, vector_areas
 from physics.pulse import ImpulseResponse
@@ -84,7 +85,7 @@ def bounces(light: Light, footprints: Footprints, clock: Clock, aimed: float, ro
 
 
 # A fit asks for the same geometry again and again, with other strengths.
-@kept_with_light
+@kept_with_scene
 def second_bounce(light: Light, footprints: Footprints, clock: Clock, aimed: bool, rough: bool) -> np.ndarray:
     """(F, P, J) the same by a clock with one zero for all zones; either all of it or nothing aimed and rough.
 
@@ -100,7 +101,7 @@ def second_bounce(light: Light, footprints: Footprints, clock: Clock, aimed: boo
         made = patches(light, i, _aim(light, pixels, weights) if aimed else None)
         label = made.label.ravel()[pixels]
         inside = label != OUTSIDE
-        received = weights[inside] * light.reflectance[i].ravel()[pixels[inside], None]
+        received = weights[inside] * light.assumed_reflectance[i].ravel()[pixels[inside], None]
         response = np.stack([np.bincount(label[inside], zone, len(made.area_m2)) for zone in received.T], axis=1)
         together = np.zeros((lattice.size, zones))
         geometry = made.point_m, made.normal, made.area_m2, made.sent_sr
@@ -130,7 +131,11 @@ def patches(light: Light, frame: int, aim: np.ndarray | None = None) -> Patches:
     vector, solid = vector_areas(light, frame), solid_angles(light)
     lit = np.isfinite(vector[..., 0]) & (light.returns[0].strength[frame] > 0)
     cell, vector, solid = cell[lit], vector[lit], solid[lit]
-    ranges, reflectance, rays = light.range_m[frame][lit].astype(float), light.reflectance[frame][lit], light.rays[lit]
+    ranges, reflectance, rays = (
+        light.range_m[frame][lit].astype(float),
+        light.assumed_reflectance[frame][lit],
+        light.rays[lit],
+    )
 
     def mean(values: np.ndarray, group: np.ndarray, count: int) -> np.ndarray:
         return np.bincount(group, values * solid, count) / np.maximum(np.bincount(group, solid, count), 1e-300)

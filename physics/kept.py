@@ -37,19 +37,30 @@ def same_knots(clock: Clock, other: Clock) -> bool:
 
 def kept_with_light(make: Sum) -> Sum:
     """The function `make`, which does not make again what was made of the same; what it gives is to be read only."""
+    return _kept(make, lambda light: light.__dict__, lambda light: ())
+
+
+def kept_with_scene(make: Sum) -> Sum:
+    """The same of what goes by ranges and assumed reflectance alone: for all light that these send back."""
+    return _kept(make, lambda light: light.kept, lambda light: (light.range_m, light.assumed_reflectance))
+
+
+def _kept(make: Sum, store: Callable[[Light], dict], things: Callable[[Light], tuple]) -> Sum:
+    """See above. store: where light keeps it. things: that it was made of, beside footprints and clock."""
     name = f"_{make.__module__}.{make.__qualname__}"
 
     @wraps(make)
     def kept(light: Light, footprints: Footprints, clock: Clock, *how: bool) -> np.ndarray:
-        recent = light.__dict__.get(name, ())
-        for seen_by, timed_by, made_so, made in recent:
-            if seen_by is footprints and made_so == how and same_knots(clock, timed_by):
+        recent, of = store(light).get(name, ()), (*things(light), footprints)
+        for made_of, timed_by, made_so, made in recent:
+            same = all(mine is its for mine, its in zip(of, made_of, strict=True))
+            if same and made_so == how and same_knots(clock, timed_by):
                 # What arrives later than a shorter pulse is seen for is left out.
                 return np.ascontiguousarray(made[..., : clock.lattice.size])
         made = make(light, footprints, clock, *how)
         made.setflags(write=False)
         # Anew, not in place: other threads may be reading.
-        light.__dict__[name] = ((footprints, clock, how, made), *recent)[: KEPT if made.size < MANY else 1]
+        store(light)[name] = ((of, clock, how, made), *recent)[: KEPT if made.size < MANY else 1]
         return made
 
     return kept

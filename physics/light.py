@@ -1,6 +1,6 @@
 """What the scene sends back: for every camera pixel, how far away a surface is and how much light returns from it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +39,8 @@ class Light:
     missing: (F,) pixels that contribute nothing because depth, reflectance or incidence is not known there.
     motion: of the camera, in these frames at least; None where it is not known.
     part_of: light of all frames of which these are some, and which, (F,); None where these are all.
+    assumed: like reflectance, before an effect changed that; None where none has. kept: what was made of the scene, for
+    all light that it sends back.
     """
 
     time_s: np.ndarray
@@ -51,6 +53,8 @@ class Light:
     missing: np.ndarray
     motion: Motion | None = None
     part_of: "tuple[Light, np.ndarray] | None" = None
+    assumed: np.ndarray | None = None
+    kept: dict[str, tuple] = field(default_factory=dict)
 
     @property
     def frames(self) -> int:
@@ -61,6 +65,11 @@ class Light:
     def rays(self) -> np.ndarray:
         """(H, W, 3) ray through each pixel's centre, of length 1 along z."""
         return pixel_rays(self.intrinsics, self.range_m.shape[1:])
+
+    @property
+    def assumed_reflectance(self) -> np.ndarray:
+        """(F, H, W) float32, whatever effects have made of it."""
+        return self.reflectance if self.assumed is None else self.assumed
 
     @cached_property
     def surfaces(self) -> np.ndarray:
@@ -83,6 +92,8 @@ class Light:
             returns=tuple(Return(way.range_m[chosen], way.strength[chosen]) for way in self.returns),
             missing=self.missing[chosen],
             part_of=(every, frames[chosen]),
+            assumed=None if self.assumed is None else self.assumed[chosen],
+            kept={},
         )
 
 

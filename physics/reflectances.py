@@ -5,7 +5,7 @@ from scipy.special import expit
 
 from physics.effect import Values
 from physics.light import Light
-from physics.texture import POWERS, texture
+from physics.texture import PRODUCTS, texture
 
 # The reflectance that contrast leaves as it is. One number for all scenes, so that frames do not depend on each other;
 # which one does not matter where a gain is fitted.
@@ -37,7 +37,7 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
     if values["spot"] != 0:
         x, y = light.rays[..., 0] - values["spot_x"], light.rays[..., 1] - values["spot_y"]
         found = values["spot"] * np.exp(-(x**2 + y**2) / (2 * values["spot_size"] ** 2))
-    if any(values[name] != 0 for name in POWERS):
+    if any(values[name] != 0 for name in PRODUCTS):
         found = found + texture(values, light)
     if values["contrast"] != 0 or values["step"] != 0:
         log = np.log(np.where(light.reflectance > 0, light.reflectance, MIDDLE).astype(float))

@@ -1,33 +1,68 @@
-"""What varies slowly over the view or over what is in it: a polynomial of two coordinates."""
+"""What varies slowly over the view, or in space: polynomials of two and of three coordinates."""
+
+from functools import lru_cache
+from itertools import combinations_with_replacement
 
 import numpy as np
 
 from physics.effect import Values
 from physics.light import Light
 
-# Powers of the two coordinates; those of third and fourth order by the letters of their product.
+# Powers of the two coordinates of the view by name; those of third and fourth order by the letters of their product.
 COARSE = {"slope_x": (1, 0), "slope_y": (0, 1), "bow_x": (2, 0), "bow_y": (0, 2), "bow_xy": (1, 1)}
 FINE = {f"bend_{'x' * (n - k)}{'y' * k}": (n - k, k) for n in (3, 4) for k in range(n + 1)}
-POWERS = COARSE | FINE
-PRODUCTS = {name: "x" * i + "y" * j for name, (i, j) in POWERS.items()}
+VIEW = COARSE | FINE
+# Powers of the three coordinates of space.
+SPACE = {
+    f"space_{''.join(letters)}": tuple(letters.count(axis) for axis in "xyz")
+    for order in (1, 2)
+    for letters in combinations_with_replacement("xyz", order)
+}
+PRODUCTS = {name: "x" * i + "y" * j for name, (i, j) in VIEW.items()} | {name: name[6:] for name in SPACE}
+# Metres ahead of the camera where the third coordinate is 0: amid what such a sensor sees, where its powers differ.
+MIDDLE_M = 0.5
 
 
 def texture(values: Values, light: Light) -> np.ndarray:
-    """Value of the polynomial, (F, H, W) or what broadcasts to it; 0 where no range is known and it is asked for."""
-    x, y = _on_surface(light) if values["on_surface"] else np.moveaxis(light.rays[..., :2], -1, 0)
-    # By multiplication, which is quicker than powers are.
-    across, down = ([1.0, one, one * one, one * one * one, (one * one) ** 2] for one in (x, y))
-    return sum((values[name] * across[i] * down[j] for name, (i, j) in POWERS.items() if values[name]), np.zeros(()))
+    """Value of the polynomials, (F, H, W) or what broadcasts to it; in space, what has no range is at the camera."""
+    found = np.zeros(())
+    for powers, products in ((VIEW, _of_view), (SPACE, _of_space)):
+        factors = np.array([values[name] for name in powers], np.float32)
+        if factors.any():
+            found = found + np.tensordot(factors, products(light), 1)
+    return found
 
 
-def _on_surface(light: Light) -> tuple[np.ndarray, np.ndarray]:
-    """(F, H, W) each: metres to the right and down of what pixels see, in the camera's frame when the session began."""
+# Kept for lights that were asked for last: a fit asks for the same again and again, with other factors.
+@lru_cache(maxsize=4)
+def _of_view(light: Light) -> np.ndarray:
+    """(N, H, W) float32 products of tangents x/z, y/z."""
+    return _products(list(np.moveaxis(light.rays[..., :2], -1, 0)), VIEW)
+
+
+@lru_cache(maxsize=4)
+def _of_space(light: Light) -> np.ndarray:
+    """(N, F, H, W) float32 products of metres to the right, down, and ahead of `MIDDLE_M`.
+
+    In the camera's frame when the session began.
+    """
     range_m = np.where(np.isfinite(light.range_m), light.range_m, 0).astype(float)
     depth = range_m / np.linalg.norm(light.rays, axis=-1)
-    if light.motion is None:
-        return light.rays[..., 0] * depth, light.rays[..., 1] * depth
-    moved = light.motion.start_from_camera[light.motion.nearest(light.time_s)]
+    moved = np.broadcast_to(np.eye(4), (light.frames, 4, 4))
+    if light.motion is not None:
+        moved = light.motion.start_from_camera[light.motion.nearest(light.time_s)]
     rays = np.ascontiguousarray(np.moveaxis(light.rays, -1, 0))
     # Row by row of the transform, so that no array of points is made.
-    right, down = (np.tensordot(moved[:, row, :3], rays, 1) * depth + moved[:, row, 3][:, None, None] for row in (0, 1))
-    return right, down
+    places = [np.tensordot(moved[:, row, :3], rays, 1) * depth + moved[:, row, 3][:, None, None] for row in range(3)]
+    places[2] -= MIDDLE_M
+    return _products(places, SPACE)
+
+
+def _products(coordinates: list[np.ndarray], powers: dict[str, tuple[int, ...]]) -> np.ndarray:
+    """(N, ...) float32 products of coordinates (...) to these powers."""
+    found = np.ones((len(powers), *coordinates[0].shape), np.float32)
+    for product, orders in zip(found, powers.values(), strict=True):
+        for coordinate, order in zip(coordinates, orders, strict=True):
+            for _ in range(order):
+                product *= coordinate
+    return found

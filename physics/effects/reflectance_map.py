@@ -8,10 +8,12 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
-from physics.texture import COARSE, POWERS, PRODUCTS
+from physics.texture import COARSE, PRODUCTS, SPACE, VIEW
 
 # Surfaces that a fit tries alone, and gaps in range that it tries as ends of what is near.
 ALONE, GAPS = 8, 4
+# Logarithm of a factor beyond which no fit has any business; larger ones are no numbers soon.
+LARGEST = 20.0
 
 
 class ReflectanceMap(Effect):
@@ -19,9 +21,10 @@ class ReflectanceMap(Effect):
     + spot·exp(-d²/2·size²) + texture + one at surface number `surface` + surface_k at surface number k).
 
     s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
-    a polynomial of these tangents, slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y + bend_xxx·x³ + ..., or of
-    metres to the right and down in the camera's frame when the session began: what varies slowly over the view, as the
-    finish of one large wall does that is seen from one place, or over the world, as that of walls one moves along.
+    a polynomial of these tangents, slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y + bend_xxx·x³ + ..., and
+    another of metres to the right, down and ahead in the camera's frame when the session began, space_x·x + space_y·y +
+    space_z·z + space_xx·x² + ...: what varies slowly over the view, as the finish of one large wall does that is seen
+    from one place, or in space, as that of walls one moves along.
     Contrast stands for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and
     bright in the near infrared (or the reverse), the near step for an object before a wall, the spot for what the field
     of view itself carries: dirt, vignetting, a label. Nothing is cut at 1: reflectance is known up to the gain, and a
@@ -49,7 +52,9 @@ class ReflectanceMap(Effect):
         ("near", "near_range"),
         ("spot", "spot_x", "spot_y", "spot_size"),
         tuple(COARSE),
-        tuple(POWERS),
+        tuple(VIEW),
+        tuple(SPACE)[:3],
+        tuple(SPACE),
         ("one",),
         SURFACES[:FEW],
         SURFACES,
@@ -138,11 +143,10 @@ class ReflectanceMap(Effect):
             sentence="Standard deviation of the spot, as a tangent.",
         ),
         *(
-            Parameter(name, "1", -20.0, 20.0, 0.1, f"Log-factor per {product} of the texture.", vanishes_at=0.0)
+            Parameter(name, unit, -most, most, most / 200, f"Log-factor per {product} of the texture.", vanishes_at=0.0)
             for name, product in PRODUCTS.items()
-        ),
-        Parameter(
-            "on_surface", "1", 0.0, 1.0, 0.0, "1 where x and y are metres in the world, 0 where they are tangents."
+            # What is some tenths wide varies as much by a higher power where its factor is the larger.
+            for most, unit in ((20.0 * 4 ** (len(product) - 1), f"1/m^{len(product)}" if name in SPACE else "1"),)
         ),
         Parameter("one", "1", -5.0, 5.0, 0.3, "Logarithm of the factor on surface `surface`.", vanishes_at=0.0),
         Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
@@ -163,19 +167,19 @@ class ReflectanceMap(Effect):
     def light(self, values: Values, rendering: Rendering) -> Light:
         """Reflectance and the strength of what surfaces send back directly, times one factor by pixel."""
         light = rendering.light
-        factor = np.exp(log_factor(values, light))
+        factor = np.exp(np.minimum(log_factor(values, light), LARGEST))
         direct, *others = light.returns
         lit = replace(direct, strength=(direct.strength * factor).astype(np.float32))
-        return replace(light, reflectance=(light.reflectance * factor).astype(np.float32), returns=(lit, *others))
+        reflectance = (light.reflectance * factor).astype(np.float32)
+        return replace(light, reflectance=reflectance, returns=(lit, *others), assumed=light.assumed_reflectance)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Each of the largest surfaces alone; textures of view and world; what is nearer than gaps in range."""
+        """Each of the largest surfaces alone; what is nearer than gaps in range."""
         alone = [{"one": self.parameter("one").start, "surface": float(k)} for k in range(1, ALONE + 1)]
         ends = self.parameter("near_range").low, self.parameter("near_range").high
         near = self.parameter("near").start
-        where = [{"slope_x": self.parameter("slope_x").start, "on_surface": one} for one in (0.0, 1.0)]
         gap = [at for at in gaps(rendering.light, GAPS) if ends[0] < at < ends[1]]
-        return alone + where + [{"near": near, "near_range": at} for at in gap]
+        return alone + [{"near": near, "near_range": at} for at in gap]
 
 
 effect = ReflectanceMap()

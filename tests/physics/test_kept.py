@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from physics.arrivals import arrivals
-from physics.kept import KEPT, kept_with_light, same_knots
+from physics.effects.reflectance_map import effect as reflectance_map
+from physics.kept import KEPT, kept_with_light, kept_with_scene, same_knots
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 
 @pytest.fixture
@@ -35,6 +37,29 @@ def test_the_same_is_made_once_and_is_to_be_read_only(small, counted):
     np.testing.assert_array_equal(first, again)
     with pytest.raises(ValueError, match="read-only"):
         first += 1
+
+
+def test_what_goes_by_the_scene_alone_is_made_once_for_all_light_that_it_sends_back(small):
+    made = []
+
+    @kept_with_scene
+    def add_up(light, footprints, clock):
+        made.append(light)
+        return arrivals(light, footprints, clock).light
+
+    dimmer = reflectance_map.light(reflectance_map.at(contrast=0.5).values, rendering(small))
+    assert (dimmer.reflectance != small.light.reflectance).any()
+    for light in (small.light, dimmer, replace(dimmer, motion=None)):
+        add_up(light, small.footprints, small.clock)
+    assert len(made) == 1
+    # Other frames, or other ranges, are another scene.
+    add_up(small.light.of(np.arange(1)), small.footprints, small.clock)
+    add_up(replace(small.light, range_m=small.light.range_m * np.float32(1.1)), small.footprints, small.clock)
+    assert len(made) == 3
+
+
+def rendering(small):
+    return Rendering(small.light, small.footprints, small.clock, 1.0)
 
 
 @pytest.mark.parametrize("longer_first", [False, True])

@@ -25,21 +25,26 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     z = np.where(z > 0, z, np.nan)
     off = np.hypot(x / z - values["spot_x"], y / z - values["spot_y"]) / values["spot_size"]
     spot = np.exp(values["spot"] * np.exp(-0.5 * off**2))
-    texture = np.exp(_polynomial(values, x / z, y / z) if not values["on_surface"] else _of_world(world, values))
+    texture = np.exp(_of_view(values, x / z, y / z) + _of_space(values, world))
     factor = power * dark * near * spot * texture * _of_surfaces(world, values)
     return replace(world, reflectance=np.where(shines, told * factor, world.reflectance))
 
 
-def _of_world(world: World, values: Values) -> np.ndarray:
-    """The texture where things are in the world that the first frame's camera was at the origin of."""
-    points = world.points
+def _of_space(values: Values, world: World) -> np.ndarray:
+    """Sums of products of up to three coordinates, each spelled out in its parameter's name.
+
+    Of where things are in the world that the first frame's camera was half a metre behind the origin of.
+    """
+    points = np.where(np.isfinite(world.points), world.points, 0.0)
     if world.start_from_camera is not None:
         points = points @ world.start_from_camera[:3, :3].T + world.start_from_camera[:3, 3]
-    return _polynomial(values, points[..., 0], points[..., 1])
+    along = dict(zip("xyz", np.moveaxis(points - [0, 0, 0.5], -1, 0), strict=True))
+    spelled = {name: name.removeprefix("space_") for name in values if name.startswith("space_")}
+    return sum(values[name] * np.prod([along[c] for c in text], axis=0) for name, text in spelled.items())
 
 
-def _polynomial(values: Values, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Sums of products of up to four factors, each spelled out in its parameter's name."""
+def _of_view(values: Values, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Sums of products of up to four tangents, spelled out likewise."""
     spelled = {"slope_x": "x", "slope_y": "y", "bow_x": "xx", "bow_y": "yy", "bow_xy": "xy"}
     spelled |= {name: name.removeprefix("bend_") for name in values if name.startswith("bend_")}
     return sum(values[n] * np.prod([{"x": x, "y": y}[c] for c in text], axis=0) for n, text in spelled.items())

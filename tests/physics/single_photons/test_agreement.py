@@ -119,7 +119,8 @@ STRENGTHS = {
         {"near": 0.8, "near_range": 0.7},
         {"slope_x": 0.8, "slope_y": -1.5, "bow_x": -1, "bow_y": 0.6, "bow_xy": 2},
         {"one": 0.5, "surface": 1, "surface_2": -0.9},
-        {"slope_x": 0.8, "bow_xy": -1, "bend_xxy": 2, "bend_yyyy": -3, "on_surface": 1},
+        {"slope_x": 0.8, "bow_xy": -1, "bend_xxy": 2, "bend_yyyy": -3},
+        {"slope_x": 0.3, "space_x": 0.8, "space_zz": -1.5, "space_xy": 4},
     ],
     "scattering_medium": [
         {"extinction": 0.5},
