@@ -3,8 +3,8 @@
 import threading
 from dataclasses import dataclass, field
 
-# Renderings after which nothing more is begun that a verdict can do without. Nineteen of twenty recordings of an
-# independent set took fewer; those that took more had causes that are unknown, or several.
+# Renderings after which nothing more is begun that a verdict can do without. Of 227 recordings of an independent set 14
+# took more, 11 of them of causes that are unknown.
 MOST_RENDERINGS = 6000
 
 

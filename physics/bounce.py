@@ -15,11 +15,11 @@ Rough surfaces have facets that face every way; between these cosφ_i · cosφ_j
 mean over the hemisphere that a facet may face.
 
 The sums run over patches instead of pixels: the image in at most `CELLS` cells, each cell in two at its mean range, so
-that the two sides of an edge do not mix; reflectance is what was assumed of it, as what an effect makes of that is of
-second order here. The source lights all of the image alike and nothing beyond it, or as the
-zones look: most where all of them together see most. What stands between two patches is not looked for: all that face
-each other exchange light. What a patch exchanges with itself, as it may where it is rough, is left out: it comes with
-the direct light.
+that the two sides of an edge do not mix. What effects make of reflectance, and by how much they move footprints, is of
+second order here and left out. The source lights all of the image alike and nothing beyond it, or as the zones look:
+most where all of them together see most. What stands between two patches is not looked for: all that face each other
+exchange light. What a patch exchanges with itself, as it may where it is rough, is left out: it comes with the direct
+light.
 """
 
 from dataclasses import dataclass
@@ -76,7 +76,7 @@ def bounces(light: Light, footprints: Footprints, clock: Clock, aimed: float, ro
     for is_aimed, is_rough in product((False, True), repeat=2):
         part = (aimed if is_aimed else 1 - aimed) * (rough if is_rough else 1 - rough)
         if part:
-            total = total + part * second_bounce(light, footprints, bare, is_aimed, is_rough)
+            total = total + part * second_bounce(light, footprints.before_moving, bare, is_aimed, is_rough)
     later = (
         np.broadcast_to(clock.time_zero_s, total.shape[:2]) + bare.lattice.first_s - lattice.first_s
     ) / lattice.step_s

@@ -105,6 +105,11 @@ class Footprints:
             table = drawing(table)
         return np.ascontiguousarray(np.moveaxis(table - self.field.table, 0, -1), np.float32)
 
+    @property
+    def before_moving(self) -> "Footprints":
+        """The nominal footprints where these were moved and nothing else; themselves where they were changed."""
+        return self if self.unmoved is None or self.drawings or self.changes else self.unmoved
+
     def moved(self, x_px: np.ndarray | float, y_px: np.ndarray | float) -> "Footprints":
         """The footprints displaced in the full-size image by x, y pixels: scalars, (H, W) or (F, H, W)."""
         x, y = (np.array(a) for a in np.broadcast_arrays(self.x_px - x_px, self.y_px - y_px))

@@ -136,6 +136,17 @@ def test_a_source_aimed_where_the_zones_look_lights_that_alone(corner, monkeypat
     assert bounces(corner.light, one, corner.clock, 1.0, 0.0).max() < 1e-9
 
 
+def test_zones_that_moved_see_bounces_where_they_did_and_zones_that_changed_where_they_do(corner):
+    still = bounces(corner.light, corner.footprints, corner.clock, 0.0, 0.0)
+    moved = corner.footprints.moved(3.0, -2.0)
+    np.testing.assert_array_equal(bounces(corner.light, moved, corner.clock, 0.0, 0.0), still)
+    changed = corner.footprints.changed(lambda weights: weights[..., ::-1, :, :])
+    exchanged = bounces(corner.light, changed, corner.clock, 0.0, 0.0)
+    np.testing.assert_allclose(exchanged, still[:, ::-1], rtol=1e-6)
+    both = bounces(corner.light, changed.moved(3.0, -2.0), corner.clock, 0.0, 0.0)
+    assert (both != still).any()
+
+
 def test_rough_surfaces_exchange_light_whichever_way_they_face(corner, monkeypatch):
     monkeypatch.setattr(bounce, "CELLS", 60)
     found = bounces(corner.light, corner.footprints, corner.clock, 0.0, 1.0)[0]
