@@ -9,6 +9,7 @@ def test_it_is_coarser_and_no_different(drawn, rig):
     simulation = drawn(1)
     cheaper = economical(simulation)
     assert cheaper.clock.lattice.per_bin <= simulation.clock.lattice.per_bin
+    assert np.ptp(cheaper.clock.pulse.edges) < 0.9 * np.ptp(simulation.clock.pulse.edges)
     there, here = cheaper.expected(rig.gain), rig.expected()
     assert ((there - here) ** 2 / here).sum() < 1.1 * UNNOTICED
 

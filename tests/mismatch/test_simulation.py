@@ -41,9 +41,10 @@ def test_some_frames_are_those_of_the_whole(drawn):
     np.testing.assert_allclose(simulation.of(chosen).expected(80.0), simulation.expected(80.0)[chosen], rtol=1e-12)
 
 
-def test_some_frames_with_surfaces_told_apart_are_those_of_the_whole(drawn):
+def test_some_frames_under_effects_that_look_at_others_are_those_of_the_whole(drawn):
     simulation, chosen = drawn(3), np.array([1, 4, 5])
-    for name, values in (("reflectance_map", {"one": 0.4}), ("non_lambertian", {"gloss": 0.5})):
+    effects = {"reflectance_map": {"one": 0.4}, "non_lambertian": {"gloss": 0.5}, "time_lag": {"lag": 0.03}}
+    for name, values in effects.items():
         setting = find_effect(name).at(**values)
         every = simulation.expected(80.0, (setting,))
         assert (every != simulation.expected(80.0)).any()

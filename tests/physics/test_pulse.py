@@ -99,3 +99,15 @@ def test_nominal_model_of_an_independent_implementation(shared_data, published_m
     signal = float(expected["gain"]) * (weight.reshape(-1, 9) / weight.max()).T * light @ bins
     got = signal + seen["background_counts"][:, None]
     assert got == pytest.approx(expected["expected"][frame], rel=1e-5)
+
+
+@pytest.mark.parametrize("most", [1e-3, 1e-6])
+def test_ends_that_hold_next_to_nothing_are_cut_off_and_no_more(most):
+    pulse = tailed_pulse(RISE, FALL, TAIL, SHARE, 2e-12)
+    short = pulse.without_ends(most)
+    assert short.probability.sum() == pytest.approx(pulse.probability.sum(), rel=1e-12)
+    inner = (pulse.edges >= short.edges[0] - 1e-15) & (pulse.edges <= short.edges[-1] + 1e-15)
+    kept = pulse.edge_cumulative[inner]
+    assert kept[0] <= most < kept[1]
+    assert pulse.edge_cumulative[-1] - kept[-1] <= most < pulse.edge_cumulative[-1] - kept[-2]
+    np.testing.assert_allclose(short.cumulative(pulse.edges), pulse.edge_cumulative, atol=2 * most)
