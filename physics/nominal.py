@@ -4,6 +4,7 @@ signal[f,p,t] = gain · Σ_u w_p(u) · ρ·cosθ/r² · ∫_bin t IRF(τ − tim
 expected[f,p,t] = signal[f,p,t] + background_p
 """
 
+import math
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -57,6 +58,8 @@ class ForwardModel:
                 now = replace(now, arrivals=self._once("bare arrivals", key, partial(self._bare, now)))
             if noun == "expected":
                 signal = self._once("signal", key, now.arrivals.binned)
+                if not math.isfinite(float(gain) * float(signal.max(initial=0))):
+                    raise Refusal(f"expected counts are not finite at a gain of {gain:g}, expected numbers")
                 counts = gain * signal
                 counts += now.background  # In place: no third array.
                 now = replace(now, expected=counts)

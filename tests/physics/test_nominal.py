@@ -11,6 +11,7 @@ from physics.nominal import ForwardModel
 from physics.pulse import ImpulseResponse
 from recordings.files import load
 from recordings.maps_file import load_maps
+from recordings.refusal import Refusal
 
 from .conftest import slow_model
 
@@ -83,3 +84,10 @@ def test_effects_compose_in_the_order_of_their_stages_however_they_are_named(sma
     alone = model.expected(1e3, settings[2:])
     assert (together.sum(axis=2) <= 2e4).all()
     assert together[..., -1].max() < 10 + alone[..., -1].max()
+
+
+def test_counts_that_are_no_numbers_are_refused_before_effects_are_given_them(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    assert np.isfinite(model.expected(1e300)).all()
+    with pytest.raises(Refusal, match="expected counts are not finite at a gain of inf"):
+        model.expected(np.inf, [find_effect("bin_nonlinearity").at()])
