@@ -68,6 +68,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
     rounds = likeliest_selection(train, test, forms)
     judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
+    notes = (*notes, *_cut_short(simulation))  # Here, as what follows renders more and searches no more.
     # All frames tell better than those that chose how much the gain fluctuates; what is left is judged by that.
     sigma = frame_gain_sigma(simulation, expected_at(simulation, judged.forms, judged.x))
     nominal = fit_nominal(simulation, sigma)
@@ -102,7 +103,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
         not_visible=not_visible(rounds[-1].scores, len(chosen) / frames),
         next_measurement=next_measurement(train, contests),
         seconds=time.monotonic() - began,
-        notes=(*notes, *_cut_short(simulation)),
+        notes=notes,
     )
     return Explanation(verdict, simulation, chosen, held, nominal, explained, judged, tuple(rounds))
 
@@ -111,7 +112,7 @@ def _cut_short(simulation: Simulation) -> tuple[str, ...]:
     """What to say where the search was ended before it had tried all."""
     if not simulation.work.enough:
         return ()
-    return (f"the search was ended after {MOST_RENDERINGS} renderings; causes beside those found were not all tried",)
+    return (f"the search was ended after {MOST_RENDERINGS} renderings; other causes may not all have been tried",)
 
 
 def _deviances(part: Simulation, first: Fit, judged: Fit, missing: float) -> Deviance:
