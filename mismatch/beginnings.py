@@ -22,15 +22,22 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
     found = best[-1].before
     if not found.forms or not _doubtful(train, found):
         return best
-    likeliest = evidence(train, test, found)
+    likeliest = _evidence(train, test, best)
     for candidate in _others(best[0]):
         if train.work.enough:
             break
         other = begun_with(train, test, forms, best[0], candidate)
-        there = evidence(train, test, other[-1].before)
+        there = _evidence(train, test, other)
         if there > likeliest:
             best, likeliest = other, there
     return best
+
+
+def _evidence(train: Simulation, test: Simulation, rounds: list[Round]) -> float:
+    """Of where a selection ended; or with what it found too little to name, since another may have named as much."""
+    last = rounds[-1]
+    fits = (last.before,) if last.minor is None else (last.before, last.minor.fit)
+    return max(evidence(train, test, fitted) for fitted in fits)
 
 
 def _doubtful(train: Simulation, found: Fit) -> bool:

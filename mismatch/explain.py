@@ -29,6 +29,8 @@ from mismatch.work import MOST_RENDERINGS, Work
 # What is left of a misfit, as a part of what was explained, that does not make an explanation wrong: formulas of one
 # cause differ by as much.
 NEGLIGIBLE, A_QUARTER = 0.03, 0.25
+# Nor is more deviance than this negligible on frames held out, whatever was explained.
+LARGE = 500.0
 # How many times what another formula gains may be left where that is said to take it up.
 TAKEN_UP = 2.0
 
@@ -87,7 +89,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     most = min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
     small = minor is not None and remains < min(most, TAKEN_UP * minor.observed)
     doubted = doubts(simulation, judged, effects)
-    if doubted or (left and not (judged.forms and (small or remains < NEGLIGIBLE * won))):
+    if doubted or (left and not (judged.forms and (small or remains < min(NEGLIGIBLE * won, LARGE)))):
         kind = "unknown"
     if kind != "agrees":
         outside = told_outside(simulation, train, test, judged, beside=kind == "unknown")

@@ -89,7 +89,9 @@ def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:
 
 
 def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
-    """For each of the effects that promise most, its forms that promise most; and of its forms that look, too.
+    """For each of the effects that promise most, two of its forms that promise most; and of its forms that look, too.
+
+    And one of the same value in all zones, where these have a value for each: it promises less, and costs less.
 
     most: deviance that there is to be gained, which scores far from where they are true surpass. Forms that look do
     not: what they promise they have gained.
@@ -105,7 +107,8 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
             if len(effects) == FITTED:
                 continue
             effects.append(name)
-        if sum(c.form.effect.id == name and looks(c.form) == looks(s.form) for c in chosen) < 2:
+        alike = [c.form for c in chosen if c.form.effect.id == name and looks(c.form) == looks(s.form)]
+        if len(alike) < 2 or (len(alike) == 2 and not s.form.own and all(form.own for form in alike)):
             chosen.append(s)
     return chosen
 

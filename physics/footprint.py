@@ -1,7 +1,7 @@
 """Where each zone looks, on the grid of a camera: response maps resampled, redrawn, moved and changed."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,8 @@ from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
 
 Change = Callable[[np.ndarray], np.ndarray]
+# What was read where footprints moved to is kept where it is no more numbers than this.
+MANY = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +25,10 @@ class Footprints:
     field: the maps. x_px, y_px: (H, W), or (F, H, W) where footprints move from frame to frame: where in the full-size
     image each pixel's weights are read. scale: counts that weigh 1, the same for all zones. zone_grid: rows, columns.
     calibration_range_m: depth at which the maps were taken, infinity where unknown.
-    drawings: functions of the maps as a table (P, Y, X), applied in order before the reading.
+    drawings: functions of the maps as a table (P, Y, X), applied in order before the reading; equal ones draw alike.
     changes: functions of weights (..., P, H, W), applied in order after the reading.
     unmoved: the nominal footprints that these were made from; None where these are they.
+    read: what was read before it was redrawn, by frame, for all that are where these are.
 
     Footprints are read from the triangles of the scan, moved or not. Maps end at the hull of the scan, with a jump
     where they have not fallen to 0. Moved ones fade beyond it, so that counts are continuous in the move, and what
@@ -42,14 +45,15 @@ class Footprints:
     drawings: tuple[Change, ...] = ()
     changes: tuple[Change, ...] = ()
     unmoved: "Footprints | None" = None
+    read: dict[int, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
     def weights(self) -> np.ndarray:
         """(P, H, W), or (F, P, H, W) where footprints move from frame to frame."""
         if self.x_px.ndim == 3:
-            read = np.stack([self._read(x, y) for x, y in zip(self.x_px, self.y_px, strict=True)])
+            read = np.stack([self._read(i) for i in range(len(self.x_px))])
         else:
-            read = self._nominal if self.unmoved is None else self._read(self.x_px, self.y_px)
+            read = self._nominal if self.unmoved is None else self._read()
         weights = np.moveaxis(read, -1, -3)
         for change in self.changes:
             weights = change(weights)
@@ -65,25 +69,35 @@ class Footprints:
             return pixels, np.ascontiguousarray(by_pixel[pixels], np.float32)
 
         if self.x_px.ndim == 3 and not self.changes:  # Frame by frame: those of all at once may be large.
-            return [kept(self._read(x, y)) for x, y in zip(self.x_px, self.y_px, strict=True)]
+            return [kept(self._read(i)) for i in range(len(self.x_px))]
         stacks = self.weights if self.weights.ndim == 4 else self.weights[None]
         return in_parallel(kept, np.moveaxis(stacks, 1, -1))
 
-    def _read(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
+    def _read(self, frame: int = 0) -> np.ndarray:
         """(H, W, P) weights of one frame, moved and redrawn, before changes."""
+        x_px, y_px = (a[frame] if a.ndim == 3 else a for a in (self.x_px, self.y_px))
+        read = self.read.get(frame)
+        if read is None:
+            read = self._moved(x_px, y_px)
+            if self.x_px.size * read.shape[-1] <= MANY:
+                self.read[frame] = read
+        read = read.copy()
+        if self.drawings:
+            _add(self.field.added(self.drawings), *self.field.first, x_px, y_px, self.scale, read)
+        return np.maximum(read, 0, out=read)
+
+    def _moved(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
+        """(H, W, P) weights read at these points, (H, W) each."""
         nominal = self.unmoved
         if self.x_px is nominal.x_px:
-            read = nominal._nominal.copy()
-        else:
-            read = np.moveaxis(self.field.faded(x_px, y_px), 0, -1) / self.scale
-            square = (x_px - nominal.x_px) ** 2 + (y_px - nominal.y_px) ** 2
-            # Smooth at 0, where it is most often differentiated.
-            near = np.maximum(1 - square / self.field.reach_px**2, 0)
-            at, added = nominal._fading
-            read[at] -= near[at][:, None] * added
-        if self.drawings:
-            _add(self._drawn, *self.field.first, x_px, y_px, self.scale, read)
-        return np.maximum(read, 0, out=read)
+            return nominal._nominal
+        read = np.moveaxis(self.field.faded(x_px, y_px), 0, -1) / self.scale
+        square = (x_px - nominal.x_px) ** 2 + (y_px - nominal.y_px) ** 2
+        # Smooth at 0, where it is most often differentiated.
+        near = np.maximum(1 - square / self.field.reach_px**2, 0)
+        at, added = nominal._fading
+        read[at] -= near[at][:, None] * added
+        return read
 
     @cached_property
     def _nominal(self) -> np.ndarray:
@@ -97,14 +111,6 @@ class Footprints:
         at = np.nonzero(added.any(axis=-1))
         return at, added[at]
 
-    @cached_property
-    def _drawn(self) -> np.ndarray:
-        """(Y, X, P) float32 counts that drawings add to the table; zones last, as they are read together."""
-        table = self.field.table
-        for drawing in self.drawings:
-            table = drawing(table)
-        return np.ascontiguousarray(np.moveaxis(table - self.field.table, 0, -1), np.float32)
-
     @property
     def before_moving(self) -> "Footprints":
         """The nominal footprints where these were moved and nothing else; themselves where they were changed."""
@@ -113,7 +119,7 @@ class Footprints:
     def moved(self, x_px: np.ndarray | float, y_px: np.ndarray | float) -> "Footprints":
         """The footprints displaced in the full-size image by x, y pixels: scalars, (H, W) or (F, H, W)."""
         x, y = (np.array(a) for a in np.broadcast_arrays(self.x_px - x_px, self.y_px - y_px))
-        return replace(self, x_px=x, y_px=y, unmoved=self.unmoved or self)
+        return replace(self, x_px=x, y_px=y, unmoved=self.unmoved or self, read={})
 
     def redrawn(self, drawing: Change) -> "Footprints":
         """The footprints of maps changed by `drawing`, a function of (P, Y, X) counts at whole pixels."""

@@ -1,5 +1,7 @@
 """Response maps at any point of the image, as the exchange format reads them, and as a fit that moves them needs."""
 
+import threading
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +14,8 @@ from recordings.refusal import Refusal
 
 # Beyond the hull maps are 0; moved ones fall to it over this part of the mean spacing of the scan, for continuity.
 REACH = 0.1
+# What changes of the table add is kept for so many, as fits come back to where they were.
+KEPT = 6
 
 
 class FootprintField:
@@ -24,6 +28,8 @@ class FootprintField:
 
     def __init__(self, maps: ResponseMaps) -> None:
         self.full_size = maps.image_size
+        self._added: dict[tuple, np.ndarray] = {}
+        self._adding = threading.Lock()
         points = np.stack([maps.xs, maps.ys], axis=1).astype(float)
         try:
             triangles = Delaunay(points)
@@ -66,6 +72,26 @@ class FootprintField:
         x = self.first[0] + np.arange(columns, dtype=float)
         made = [self.faded(x, np.full(columns, self.first[1] + row)).astype(np.float32) for row in range(rows)]
         return np.stack(made, axis=1)
+
+    def added(self, drawings: tuple[Callable[[np.ndarray], np.ndarray], ...]) -> np.ndarray:
+        """(Y, X, P) float32 counts that functions of the table, one after the other, add to it; to read only.
+
+        Zones last, as they are read together. It is kept: equal functions are taken to add the same.
+        """
+        with self._adding:
+            made = self._added.pop(drawings, None)
+            if made is not None:
+                self._added[drawings] = made
+                return made
+        table = self.table
+        for drawing in drawings:
+            table = drawing(table)
+        made = np.ascontiguousarray(np.moveaxis(table - self.table, 0, -1), np.float32)
+        with self._adding:
+            self._added[drawings] = made
+            while len(self._added) > KEPT:
+                del self._added[next(iter(self._added))]
+        return made
 
 
 @njit(nogil=True, cache=True)

@@ -11,6 +11,8 @@ from physics.rendering import Rendering
 
 # Of light before the pulse is over nothing can be told by its range: it counts as this far, metres.
 NEAREST_M = 0.1
+# Counts that a cell is taken to expect at least: an echo in the dark is told by few.
+DARK = 0.01
 # What is told apart from a gain by less than this part is not told; a replica of all light must gain so much deviance;
 # and a spacing with less than this part of the most evidence is none.
 TOLD, SHOWN, PROMISING = 1e-3, 10.0, 0.2
@@ -42,7 +44,7 @@ def replicas(
     clock, bins = rendering.clock, expected.shape[-1]
     metres = clock.bin_width_s * speed_of_light / 2
     light = np.maximum(expected - rendering.background, 0)
-    noise = 1 / np.maximum(expected, 1)
+    noise = 1 / np.maximum(expected, DARK)
     whole = float((light**2 * noise).sum())
     excess = excess - light * (light * excess * noise).sum() / max(whole, 1e-12)
     ranges = _ranges(rendering, bins)

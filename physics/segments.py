@@ -17,8 +17,9 @@ from physics.geometry import pixel_rays
 BENT, NOISY = 0.2, 6.0
 # Pieces of fewer pixels than this part of the image are no surfaces of their own.
 SMALL = 0.004
-# Relative difference of ranges within which pieces lie on one plane, and within which one pixel still sees the same.
-COPLANAR, FOLLOWED = 0.01, 0.1
+# Relative difference of ranges within which pieces lie on one plane; and by which one pixel is e times less likely to
+# see the same still: a surface may come nearer by a tenth from one frame to the next.
+COPLANAR, FOLLOWED = 0.01, 0.05
 # Neighbours of a pixel: by how many rows and columns it is after them.
 SIDES = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
@@ -156,12 +157,13 @@ def _followed(
 ) -> tuple[np.ndarray, int]:
     """The pieces of a frame with the numbers they had in the one before, new numbers for new ones; how many by now.
 
-    Two pieces are one surface where each shares more pixels of like depth with the other than with any third.
+    Two pieces are one surface where each shares more with the other than with any third: pixels, the more they are of
+    like depth.
     """
-    like = np.abs(inverse / before - 1) < FOLLOWED
+    like = np.nan_to_num(np.exp(-np.abs(np.log(inverse / before)) / FOLLOWED))
     many = int(pieces.max())
-    shared = np.zeros((many + 1, count + 1), int)
-    np.add.at(shared, (pieces[like], earlier[like]), 1)
+    pairs = pieces.ravel() * (count + 1) + earlier.ravel()
+    shared = np.bincount(pairs, like.ravel(), (many + 1) * (count + 1)).reshape(many + 1, count + 1)
     shared[0] = shared[:, 0] = 0
     number = np.zeros(many + 1, np.int32)
     for piece in range(1, many + 1):

@@ -15,9 +15,10 @@ def candidate(name, stands_out=True):
 
 @pytest.fixture
 def tried(monkeypatch):
-    """Selections by what they began with. likely: how likely each is; of the first: how many effects it has, whether
-    one is strained or contradicted, what is left."""
+    """Selections by what they began with. likely: how likely each is; minor: what each found too little to name; of the
+    first: how many effects it has, whether one is strained or contradicted, what is left."""
     made = SimpleNamespace(begun=[], likely={"tail": 10.0}, effects=2, strained=False, contradiction=None, left=())
+    made.minor = {}
     effect = SimpleNamespace(
         strained=lambda values, rendering: made.strained, contradiction=lambda values: made.contradiction
     )
@@ -25,7 +26,8 @@ def tried(monkeypatch):
     def selection(name, candidates):
         settings = (SimpleNamespace(effect=effect, values={}),) * made.effects
         fitted = SimpleNamespace(forms=settings, settings=settings, gain=1.0, name=name)
-        return [SimpleNamespace(candidates=candidates, chosen=candidates[0], before=fitted)]
+        minor = made.minor.get(name)
+        return [SimpleNamespace(candidates=candidates, chosen=candidates[0], before=fitted, minor=minor)]
 
     def begun_with(train, test, forms, first, other):
         made.begun.append(other.form.effect.id)
@@ -65,6 +67,15 @@ def test_none_is_tried_where_enough_was_rendered(tried, monkeypatch):
 def test_the_likelier_is_kept(tried, name):
     tried.left, tried.likely[name] = ("a place",), 11.0
     assert selected() == name
+
+
+def test_what_is_too_little_to_name_counts(tried):
+    """Shifted and blurred fits better than a parallax alone, and a parallax and a little blur better still."""
+    tried.left, tried.likely["fog"], tried.likely["tail and a little"] = ("a place",), 11.0, 12.0
+    tried.minor["tail"] = SimpleNamespace(fit=SimpleNamespace(name="tail and a little"))
+    assert selected() == "tail"
+    tried.likely["tail and a little"] = 9.0
+    assert selected() == "fog"
 
 
 def test_without_doubt_no_other_is_tried(tried):

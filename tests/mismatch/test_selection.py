@@ -58,7 +58,10 @@ def scores(*promised):
     made = []
     for name, looks, gain in sorted(promised, key=lambda one: -one[2]):
         effect = SimpleNamespace(id=name, looks=lambda values, looks=looks: looks)
-        form = SimpleNamespace(effect=effect, setting=lambda x: SimpleNamespace(values={}), at_start=lambda: None)
+        # By zone, as the name says.
+        own = ("passed",) if name == "by zone" else ()
+        setting = SimpleNamespace(values={})
+        form = SimpleNamespace(effect=effect, own=own, setting=lambda x: setting, at_start=lambda: None)
         made.append(SimpleNamespace(form=form, gain=gain))
     return made
 
@@ -77,3 +80,11 @@ def test_what_promises_more_than_there_is_to_gain_hides_nothing_that_looks():
     ]  # fmt: skip
     # Were there as much to gain as is promised, what looks would be too little.
     assert len(most_promising(found)) == 3
+
+
+def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():
+    found = scores(*(("by zone", False, gain) for gain in (9.0, 8.0, 7.0)))
+    alike = scores(("by zone", False, 6.0), ("by zone", False, 5.0))
+    for one in alike:
+        one.form.own = ()
+    assert [one.gain for one in most_promising([*found, *alike])] == [9.0, 8.0, 6.0]

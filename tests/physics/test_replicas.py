@@ -40,6 +40,21 @@ def test_a_second_return_is_found_where_it_is(small, wall, spacing):
     assert found[0].evidence > replicas(*drawn(small, wall, spacing, 0.1), falloff=0.0)[0].evidence
 
 
+def test_a_faint_one_is_found_in_the_dark(small, wall):
+    """A ten thousandth of a pulse, in bins where nothing else is, beside the pulse itself, which is off by far more."""
+    frame, zone, at = np.ogrid[:3, :4, : small.clock.bins]
+    arrival = 8.3 + 4 * frame + 0.5 * zone
+
+    def light(late):
+        return 2e4 * np.exp(-((at - arrival - late) ** 2) / 2)
+
+    rng = np.random.default_rng(4)
+    excess = rng.poisson(light(0.05) + 1e-4 * light(15)) - light(0)
+    rendering = Rendering(wall, small.footprints, small.clock, GAIN, background=np.zeros(()))
+    found = replicas(excess, light(0), rendering, falloff=0.0)
+    assert min(abs(one.spacing_m - 15 * BIN_M) for one in found) < 0.2 * BIN_M
+
+
 def test_it_says_which_surfaces_have_one(small):
     depth = np.where(np.arange(10) < 5, 0.35, 0.9) * np.ones((3, 6, 10))
     light = direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)

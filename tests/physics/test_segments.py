@@ -56,6 +56,13 @@ def test_a_ball_that_moves_keeps_its_number_and_the_wall_it_divides_is_one():
     assert alike(found, np.stack([f[1] for f in frames]), 0.85) == [1, 2]
 
 
+def test_a_wall_that_leaps_nearer_is_the_same():
+    """A depth camera that is slower than the sensor shows it an eighth nearer at once."""
+    frames = [cast((np.array([0, 0, 1.0]), away), (np.array([0.8, 0, 0.6]), 1.5)) for away in (2.0, 1.75, 1.53, 1.34)]
+    found = segments(np.stack([f[0] for f in frames]).astype(np.float32), INTRINSICS)
+    alike(found, np.stack([f[1] for f in frames]))
+
+
 def test_a_bar_before_a_wall_leaves_it_one_surface():
     bar = np.where(np.abs(U - 30) < 6, 1.0, 2.0) * np.linalg.norm(RAYS, axis=-1)
     found = segments(bar[None], INTRINSICS)[0]

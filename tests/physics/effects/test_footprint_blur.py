@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
-from physics.effects.footprint_blur import blurred, diffused, effect
+from physics.effects.footprint_blur import Blur, diffused, effect
 from physics.footprint import footprints
 from physics.light import direct_light
 from physics.nominal import ForwardModel
@@ -58,7 +58,7 @@ def test_variances_add(variance):
 @given(variance=st.floats(-400, 2500), seed=st.integers(0, 99))
 def test_every_zone_keeps_its_light(variance, seed):
     maps = np.random.default_rng(seed).uniform(0, 1, (2, *SHAPE)) * [[[1.0]], [[0.01]]]
-    found = blurred(maps, variance)
+    found = Blur(variance)(maps)
     np.testing.assert_allclose(found.sum(axis=(1, 2)), maps.sum(axis=(1, 2)), rtol=1e-9)
     assert (found >= 0).all()
 
@@ -74,9 +74,9 @@ def test_an_unsharp_mask_cuts_off_what_would_be_below_nothing():
     image = np.random.default_rng(3).uniform(0, 1, SHAPE)
     # Away from the edges, where scipy's discrete kernel is a Gaussian read at pixels.
     mask = image + 1.4 * (image - gaussian_filter(image, 3.0, mode="reflect"))
-    found = blurred(image[None], -9.0, amount=1.4, kept=0.0)[0]
+    found = Blur(-9.0, amount=1.4, kept=0.0)(image[None])[0]
     np.testing.assert_allclose(found, np.maximum(mask, 0), atol=0.02)
-    again = blurred(image[None], -9.0, amount=1.4, kept=0.5)[0]
+    again = Blur(-9.0, amount=1.4, kept=0.5)(image[None])[0]
     np.testing.assert_allclose(again.sum(), np.sqrt(found.sum() * image.sum()), rtol=1e-9)
 
 
@@ -98,13 +98,13 @@ def test_a_patch_that_is_longer_one_way_blurs_more_that_way(taller):
     image = np.random.default_rng(8).random((90, 120))
     down, along = 8.0 * np.exp(taller / 2), 8.0 * np.exp(-taller / 2)
     theirs = gaussian_filter(image, (down, along), mode="reflect", truncate=8)
-    np.testing.assert_allclose(blurred(image[None], 64.0, taller=taller)[0], theirs, atol=2e-3)
+    np.testing.assert_allclose(Blur(64.0, taller=taller)(image[None])[0], theirs, atol=2e-3)
 
 
 def test_the_slope_at_nothing_is_the_same_from_both_sides():
     """A Gaussian's change with its variance solves the heat equation: half the Laplacian."""
     image = gaussian(64.0)
-    up, down = (blurred(image[None], v)[0] for v in (1e-4, -1e-4))
+    up, down = (Blur(v)(image[None])[0] for v in (1e-4, -1e-4))
     laplacian = image * ((X - 41) ** 2 + (Y - 28) ** 2 - 2 * 64) / 64**2
     within = np.hypot(X - 41, Y - 28) < 20
     for slope in ((up - image) / 1e-4, (image - down) / 1e-4):
