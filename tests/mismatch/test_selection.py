@@ -53,6 +53,9 @@ def test_a_rival_gains_the_parameter_it_lacked(drawn):
     assert found.deviance < fitted.deviance - 20
 
 
+NOTHING = SimpleNamespace(values={})
+
+
 def scores(*promised):
     """Scores of forms of effects by name, that look or not, and promise so much; best first."""
     made = []
@@ -60,8 +63,7 @@ def scores(*promised):
         effect = SimpleNamespace(id=name, looks=lambda values, looks=looks: looks)
         # By zone, as the name says.
         own = ("passed",) if name == "by zone" else ()
-        setting = SimpleNamespace(values={})
-        form = SimpleNamespace(effect=effect, own=own, setting=lambda x: setting, at_start=lambda: None)
+        form = SimpleNamespace(effect=effect, own=own, setting=lambda x: NOTHING, at_start=lambda: None)
         made.append(SimpleNamespace(form=form, gain=gain))
     return made
 
