@@ -22,6 +22,8 @@ FITTED = 6
 MOST_FITTED = 12
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
+# Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it.
+EXACT = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ def _onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list
             # A score far from where it is true promises what no fit keeps, and hides what others promise.
             fitted = {s.form.effect.id for s in chosen}
             significant = [s for s in significant if s.form.effect.id not in fitted]
-        won = sum(one.chosen.observed for one in rounds if one.chosen is not None)
+        won = sum(_leaving(one.chosen) for one in rounds if one.chosen is not None)
         if best is not None and now.forms and best.is_minor(won):
             return [*rounds, Round(now, tuple(scores), tried, tuple(candidates), None, best)]
         rounds = [*rounds, Round(now, tuple(scores), tried, tuple(candidates), best)]
@@ -80,6 +82,11 @@ def _onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list
         now = refreshed(train, refined(train, test, alone, forms))
     scores, tried = ranked(train, now, others_than(now, forms))
     return [*rounds, Round(now, tuple(scores), tried, (), None)]
+
+
+def _leaving(chosen: Candidate) -> float:
+    """Deviance that an effect gained, as far as another formula of it may have left parts of that."""
+    return (EXACT if chosen.form.effect.exact else 1.0) * chosen.observed
 
 
 def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:

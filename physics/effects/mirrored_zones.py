@@ -26,6 +26,7 @@ class MirroredZones(Effect):
 
     id = "mirrored_zones"
     acts_on = "optics"
+    exact = True
     order = -1  # Which zone looks where comes before what zones do to their light.
     sentence = "The zones are in another order: mirrored, turned, rolled, or two of them, rows or columns exchanged."
     look_alikes = (

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.folded import folded, periods
 from physics.pulse import ImpulseResponse, longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
@@ -13,7 +14,10 @@ LEAST_JITTER_S = 1e-14
 
 
 class RangeAliasing(Effect):
-    """Light of one shot is registered after the next: a far target, which depth images seldom hold, seems near.
+    """Light of one shot is registered after the next: a far target seems near.
+
+    Depth images seldom hold it: then it is a pulse at `apparent_range`. What they hold beyond the period comes back, as
+    much as `folded` times what it should, one period early.
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
@@ -35,6 +39,8 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", "speed"),
         ("counts", "apparent_range", "speed", "jitter"),
         ("counts", "apparent_range", "speed", "spread"),
+        ("folded", "period"),
+        ("folded", "period", "smear"),
     )
     parameters = (
         Parameter(
@@ -91,10 +97,47 @@ class RangeAliasing(Effect):
             start=0.0,
             sentence="Metres by which it comes nearer for each that the camera moves ahead: 1 if it stands still.",
         ),
+        Parameter(
+            "folded",
+            unit="1",
+            low=0.0,
+            high=10.0,
+            start=1.0,
+            vanishes_at=0.0,
+            sentence="Part of the light of surfaces in view beyond the period that comes one period early.",
+        ),
+        Parameter(
+            "period",
+            unit="s",
+            low=1e-9,
+            high=1e-6,
+            start=5.627e-8,
+            sentence="Period of the laser; that of a TMF8828 is 56.27 ns, 17.77 MHz.",
+        ),
+        Parameter(
+            "smear",
+            unit="s",
+            low=0.0,
+            high=5e-9,
+            start=0.0,
+            tries=(5e-10,),
+            sentence="Standard deviation of the period by which they come early.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """The pulse, averaged over the jitter: exact for its cumulative, which is linear within a step."""
+        """With the far target's pulse, and with what is seen beyond the period."""
+        found = rendering.expected
+        if np.any(values["counts"]):
+            found = found + np.atleast_1d(values["counts"])[:, None] * self._pulse(values, rendering)
+        if values["folded"]:
+            early = folded(rendering, values["period"], values["smear"])
+            found = found if early is None else found + values["folded"] * early
+        return found
+
+    def _pulse(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """(F or 1, P or 1, T) shares of the pulse by bin, averaged over the jitter: exact for its cumulative, which is
+        linear within a step."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
         way_m = values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
         way_m = way_m if way_m.any() else way_m[:1]  # Frames alike are worked out once.
@@ -104,14 +147,15 @@ class RangeAliasing(Effect):
         pulse = longer(clock.pulse, values["spread"])
         cumulative = (_integral(pulse, after_s + jitter) - _integral(pulse, after_s - jitter)) / (2 * jitter)
         # Rounding makes an empty bin's share a little less than nothing.
-        shares = np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
-        return rendering.expected + np.atleast_1d(values["counts"])[:, None] * shares
+        return np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Straight lines through frames and bins along which most is in excess, no faster than targets are.
 
-        Lines of a target that goes along with the camera, and of one that stands still where the camera moves.
+        Lines of a target that goes along with the camera, and of one that stands still where the camera moves; and the
+        periods at which surfaces that are seen beyond them come early.
         """
+        beyond = [{"folded": 1.0, "period": period} for period in periods(excess, expected, rendering)]
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
         way_s, clock = -2 * _way_m(rendering) / speed_of_light, rendering.clock
         for still in (0.0, 1.0) if np.ptp(way_s) > clock.bin_width_s / 2 else (0.0,):
@@ -122,7 +166,7 @@ class RangeAliasing(Effect):
                 if apparent >= self.parameter("apparent_range").low:
                     where = {"apparent_range": float(apparent), "speed": speed, "still": still}
                     found += [where | {name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
-        return found
+        return found + beyond
 
 
 def _way_m(rendering: Rendering) -> np.ndarray:

@@ -114,6 +114,15 @@ def test_a_stranger_is_unknown(rig, simulated):
     assert json.loads(verdict.text(), parse_constant=fail_on_constant)["verdict"] == "unknown"
 
 
+def test_what_leaves_much_is_no_explanation_however_much_it_takes_up(rig, simulated):
+    """A bit that is stuck from the third frame on: a pedestal takes up nearly all, but for the two frames before."""
+    mean = rig.expected().copy()
+    mean[2:, 1] += 60
+    verdict = explain(simulated(np.random.default_rng(4).poisson(mean))).verdict
+    assert "ambient_pedestal" in [effect.id for effect in verdict.effects]
+    assert verdict.verdict == "unknown"
+
+
 def test_a_dead_zone_is_left_out(rig, simulated):
     counts = np.random.default_rng(11).poisson(rig.expected())
     counts[:, 1] = 0

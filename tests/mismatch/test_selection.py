@@ -4,12 +4,13 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
 from mismatch.refined import enriched
 from mismatch.rivals import rivals
-from mismatch.selection import most_promising, others_than, select
+from mismatch.selection import _leaving, most_promising, others_than, select
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -90,3 +91,9 @@ def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():
     for one in alike:
         one.form.own = ()
     assert [one.gain for one in most_promising([*found, *alike])] == [9.0, 8.0, 6.0]
+
+
+@pytest.mark.parametrize(("name", "part"), [("mirrored_zones", 0.25), ("range_walk", 1.0)])
+def test_an_effect_that_all_would_write_alike_leaves_less(name, part):
+    form = SimpleNamespace(effect=find_effect(name))
+    assert _leaving(SimpleNamespace(form=form, observed=800.0)) == part * 800

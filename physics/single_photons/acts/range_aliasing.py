@@ -6,15 +6,24 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
-from physics.single_photons.draw import by_zone, pulse_from_elsewhere
+from physics.single_photons.draw import by_zone, pulse_from_elsewhere, returned
 from physics.single_photons.world import Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """A far target's; each came after a laser period that was longer or shorter by a jitter of its own."""
+    """A far target's, in view or not; each came after a laser period that was longer or shorter by a jitter of its
+    own."""
     ahead = 0.0 if world.start_from_camera is None else world.start_from_camera[2, 3]
     there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - values["still"] * ahead
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
+    period_s = values["period"]
+    beyond = world.range_m > speed_of_light / 2 * period_s
+    if values["folded"] and beyond.any():
+        seen = returned(replace(world, gloss=world.gloss * np.where(beyond, values["folded"], 0)), rng)
+        smeared_s = values["smear"] * rng.standard_normal(len(seen))
+        seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
+    else:
+        seen = far.only(np.zeros(0, int))
     jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1) + values["spread"] * rng.standard_normal(len(far))
-    return photons.and_also(replace(far, time_s=far.time_s + jitter_s))
+    return photons.and_also(seen).and_also(replace(far, time_s=far.time_s + jitter_s))

@@ -100,6 +100,7 @@ STRENGTHS = {
         {"counts": 2e4, "apparent_range": 0.4, "jitter": 0},
         {"counts": 3e4, "apparent_range": 0.4, "speed": 4},
         {"counts": 3e4, "apparent_range": 0.5, "spread": 4e-10},
+        {"counts": 0, "folded": 0.8, "period": 3e-9, "smear": 2e-10},
     ],
     "range_falloff": [
         {"overlap_range": 0.4},
