@@ -6,15 +6,17 @@ from functools import cached_property
 import numpy as np
 
 from mismatch.descent import MOST_STEPS, Descent, derivatives, expected_at
-from mismatch.errors import covariance
+from mismatch.errors import NEAR, covariance
 from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import FrameGains
 from mismatch.simulation import Simulation
+from mismatch.steps import bounded_step, limits
 from physics.effect import Setting
 from recordings.refusal import Refusal
 
-PROFILE_STEPS = 2
+# Steps in which others come to their best beside a coordinate that is held, of either kind.
+CHORDS, PROFILE_STEPS = 3, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +49,38 @@ class Fit:
     @cached_property
     def covariance(self) -> np.ndarray:
         """(N, N) of x; made when it is asked for, as it takes renderings."""
-
-        def rise(x: np.ndarray, held: int | None) -> float:
-            if held is None:
-                risen = deviance_at(gains, self.forms, x, expected_at(self.simulation, self.forms, x))
-            else:
-                sigma = self.frame_gain_sigma
-                risen = Descent(self.simulation, self.forms, x, sigma, held).run(PROFILE_STEPS).deviance
-            return risen - self.deviance
-
         gains = FrameGains(self.simulation, self.frame_gain_sigma)
         _, information = equations(gains, self.forms, self.x, self.expected, self.columns)
+
+        def rise(x: np.ndarray, held: int | None) -> float:
+            found = self._deviance_near(gains, information, x, held)
+            return found - self.deviance
+
         return covariance(self.forms, self.x, information, rise)
+
+    def _deviance_near(self, gains: FrameGains, information: np.ndarray, x: np.ndarray, held: int | None) -> float:
+        """Deviance at x, or with the other coordinates at their best beside one that is held there.
+
+        First with slopes as they are at the best of all, so that a step takes one rendering and not one for each
+        coordinate; where that rises by more than a standard error would, with slopes as they are there.
+        """
+        expected = expected_at(self.simulation, self.forms, x)
+        lowest = deviance_at(gains, self.forms, x, expected)
+        if held is None:
+            return lowest
+        low, high = limits(self.forms)
+        low[held] = high[held] = x[held]
+        for _ in range(CHORDS):
+            score, _ = equations(gains, self.forms, x, expected, self.columns)
+            there = np.clip(x + bounded_step(score, information, 0.0, x, low, high), low, high)
+            then = expected_at(self.simulation, self.forms, there)
+            reached = deviance_at(gains, self.forms, there, then)
+            if reached >= lowest:
+                break
+            x, expected, lowest = there, then, reached
+        if lowest - self.deviance < 1 + NEAR or self.simulation.work.enough:
+            return lowest
+        return Descent(self.simulation, self.forms, x, self.frame_gain_sigma, held).run(PROFILE_STEPS).deviance
 
 
 def fit(

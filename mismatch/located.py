@@ -15,6 +15,8 @@ from mismatch.verdict import Named
 # From the plainest on: the first that holds nearly as much of a change as any is what it goes with.
 PLAINEST = ("nothing", "position", "time", "signal", "range", "bin_phase", "neighbours", "reflectance", "incidence")
 NEARLY = 0.85
+# Where a change is, and what it goes with, is seen before the others have settled to the last without it.
+ENOUGH_STEPS = 5
 
 
 def locate_effects(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -> tuple[Place, ...]:
@@ -22,7 +24,7 @@ def locate_effects(simulation: Simulation, explained: Fit, effects: tuple[Named,
     p_values = {effect.id: effect.p_value for effect in effects}
     found = []
     for form in explained.forms:
-        less = without(simulation, explained, form)
+        less = without(simulation, explained, form, ENOUGH_STEPS)
         change = explained.expected - less.expected
         zones, bins, frames = extent(change, less.expected)
         gain = float((change**2 / np.maximum(less.expected, LEAST)).sum())

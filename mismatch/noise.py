@@ -9,8 +9,8 @@ from mismatch.poisson import LEAST, deviance
 from mismatch.simulation import Simulation
 
 MOST_SIGMA = 1.0
-# Twice the log-likelihood by which fluctuation must be better than none: one in ten thousand by chance.
-SHOWN = 15.0
+# Twice the log-likelihood by which fluctuation must be better than none: one in a thousand by chance, as for misfits.
+SHOWN = 9.5
 
 
 @dataclass(frozen=True, eq=False)

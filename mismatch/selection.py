@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mismatch.candidates import Candidate, candidates_of, price
+from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
@@ -120,11 +121,11 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
     return chosen
 
 
-def without(simulation: Simulation, fitted: Fit, form: Form) -> Fit:
+def without(simulation: Simulation, fitted: Fit, form: Form, most_steps: int = MOST_STEPS) -> Fit:
     """The fit less one effect, fitted anew."""
     kept = tuple(other for other in fitted.forms if other is not form)
     x = np.concatenate([fitted.x[:1], *(coordinates(fitted, other) for other in kept)])
-    return fit(simulation, kept, x, fitted.frame_gain_sigma)
+    return fit(simulation, kept, x, fitted.frame_gain_sigma, most_steps=most_steps)
 
 
 def without_superfluous(train: Simulation, fitted: Fit) -> Fit:
