@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import poisson
 
-from mismatch.fit import fit, fit_nominal, on_others
+from mismatch.fit import expected_at, fit, fit_nominal, on_others
 from mismatch.form import forms_of
+from mismatch.noise import FrameGains
 from mismatch.selection import coordinates
 from physics.effects import find_effect
 from recordings.refusal import Refusal
@@ -57,6 +58,32 @@ def test_its_errors_are_the_curvature_of_the_likelihood(drawn, rig):
         for b in steps] for a in steps]  # fmt: skip
     scale = np.array([1.0, 10.0])
     np.testing.assert_allclose(fitted.covariance * np.outer(scale, scale), np.linalg.inv(hessian), rtol=0.1, atol=1e-7)
+
+
+@pytest.mark.parametrize("away", [-1.5, 0.8, 2.0])
+@pytest.mark.parametrize("held", [1, 2])
+@pytest.mark.parametrize("worked", [False, True])
+def test_others_are_at_their_best_beside_one_that_is_held(drawn, held, away, worked, monkeypatch):
+    """Against a general minimiser. Where enough was rendered, by steps of one rendering alone."""
+    simulation = drawn(8, "impulse_tail", share=0.15, tau=4e-10)
+    fitted = fitted_with(simulation, "impulse_tail")
+    gains = FrameGains(simulation, 0.0)
+    _, information = gains.normal_equations(fitted.expected, fitted.columns)
+    error = np.sqrt(np.linalg.inv(information)[held, held])
+    x = fitted.x.copy()
+    x[held] += away * error
+    free = np.arange(3) != held
+
+    def loss(values):
+        there = x.copy()
+        there[free] = values
+        return gains.deviance(expected_at(simulation, fitted.forms, there))
+
+    oracle = minimize(loss, x[free], method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4}).fun
+    if worked:
+        monkeypatch.setattr(simulation.work, "renderings", 10**6)
+    found = fitted._deviance_near(gains, information, x, held)
+    assert found - fitted.deviance == pytest.approx(oracle - fitted.deviance, rel=0.03, abs=0.02)
 
 
 @pytest.mark.parametrize(
