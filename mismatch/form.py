@@ -100,7 +100,13 @@ class Form:
         return replace(self, start=self.start | {name: other.start[name] for name in given}, given=given)
 
     def beginning(self, values: dict[str, Any]) -> "Form | None":
-        """The same form begun elsewhere; None where these parameters, or each zone's own, are not in it."""
+        """The same form begun elsewhere; None where these parameters, or each zone's own, are not in it.
+
+        Nor where they say how strong something is that is not in it.
+        """
+        strengths = {parameter.name for parameter in self.effect.parameters if parameter.vanishes_at is not None}
+        if strengths & values.keys() - set(self.free):
+            return None
         each = {name for name, value in values.items() if np.ndim(value)}
         if not values.keys() & set(self.free) or each & set(self.free) - set(self.own):
             return None

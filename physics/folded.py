@@ -1,4 +1,4 @@
-"""Surfaces in view that are farther than the laser's period allows: their light, counted one period early."""
+"""Surfaces farther than the laser's period allows, in view or where depth is unknown: light one period early."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from scipy.constants import speed_of_light
 from scipy.fft import irfft, next_fast_len, rfft
 
 from physics.arrivals import arrivals
-from physics.light import Return
+from physics.light import Light, Return
 from physics.pulse import longer
 from physics.rendering import Rendering
 
@@ -19,21 +19,39 @@ DARK = 0.01
 APART_BINS = 3
 
 
-def folded(rendering: Rendering, period_s: float, smear_s: float) -> np.ndarray | None:
-    """(F, P, T) counts of surfaces beyond the period, seconds, one period early; None where there are none.
-
-    smear_s: standard deviation of the period, by which their pulses are longer.
-    """
-    light, clock = rendering.light, rendering.clock
-    period_m = np.float32(speed_of_light / 2 * period_s)
-    far = light.range_m > period_m
+def seen_beyond(light: Light, period_s: float) -> list[Return]:
+    """What surfaces in view beyond the period, seconds, send back; none where there are none."""
+    far = light.range_m > speed_of_light / 2 * period_s
     if not far.any():
+        return []
+    return [replace(way, strength=np.where(far, way.strength, 0)) for way in light.returns]
+
+
+def seen_through(light: Light, depth_m: np.ndarray) -> list[Return]:
+    """What a white wall across the view, (F,) metres ahead, sends back where depth is unknown; none where it is known.
+
+    Strength cosθ/r² as in the nominal model, at r = |ray|·depth and cosθ = 1/|ray|.
+    """
+    unknown = ~(light.range_m > 0)
+    if not unknown.any():
+        return []
+    length = np.linalg.norm(light.rays, axis=-1)
+    ranges = np.where(unknown, length * depth_m[:, None, None], 0).astype(np.float32)
+    strength = np.where(unknown & (ranges > 0), 1 / (length * np.where(unknown, ranges, 1) ** 2), 0)
+    return [Return(ranges, strength.astype(np.float32))]
+
+
+def one_period_early(rendering: Rendering, returns: list[Return], period_s: float, smear_s: float) -> np.ndarray | None:
+    """(F, P, T) counts of light that is registered one period, seconds, early; None where there is none.
+
+    smear_s: standard deviation of the period, by which pulses are longer.
+    """
+    if not returns:
         return None
-    ways = tuple(
-        Return(np.where(far, way.range_m - period_m, 0), np.where(far, way.strength, 0)) for way in light.returns
-    )
+    clock, period_m = rendering.clock, np.float32(speed_of_light / 2 * period_s)
+    ways = tuple(replace(way, range_m=np.maximum(way.range_m - period_m, 0)) for way in returns)
     smeared = replace(clock, pulse=longer(clock.pulse, smear_s))
-    return rendering.gain * arrivals(replace(light, returns=ways), rendering.footprints, smeared).binned()
+    return rendering.gain * arrivals(replace(rendering.light, returns=ways), rendering.footprints, smeared).binned()
 
 
 def periods(excess: np.ndarray, expected: np.ndarray, rendering: Rendering, most: int = 2) -> list[float]:
@@ -45,16 +63,14 @@ def periods(excess: np.ndarray, expected: np.ndarray, rendering: Rendering, most
     light, clock = rendering.light, rendering.clock
     farthest = min(float(np.max(light.range_m, where=np.isfinite(light.range_m), initial=0)), FARTHEST_M)
     last = int(np.ceil((np.max(clock.time_zero_s) + 2 * farthest / speed_of_light) / clock.bin_width_s))
-    shortest = clock.bins - int(np.min(clock.time_zero_s) / clock.bin_width_s)
-    if last <= shortest:
+    if last <= clock.bins:
         return []
     signal = arrivals(light, rendering.footprints, replace(clock, bins=last)).binned() * rendering.gain
     noise = 1 / np.maximum(expected, DARK)
     promised, information = _correlation(excess * noise, signal), _correlation(noise, signal**2)
-    # What comes a period early begins at time zero.
     evidence = np.maximum(promised, 0) ** 2 / np.maximum(information, 1)
     found: list[int] = []
-    for at in np.argsort(-evidence[shortest:]) + shortest:
+    for at in np.argsort(-evidence[clock.bins :]) + clock.bins:
         if len(found) == most or not evidence[at] > 0:
             break
         if all(abs(at - other) > APART_BINS for other in found):

@@ -16,6 +16,8 @@ class Afterpulsing(Effect):
     Delays run from the end of the event's bin and a hold-off of `dead` after it, until when the detector is taken to
     count nothing: with dead 0, j bins later come (1 - q)·q^(j-1) of the afterpulses, q = exp(-bin width / τ); those
     beyond the last bin are lost. Afterpulses of afterpulses are left out: they go with the probability squared.
+    Background that was measured in the dark of the laser has its afterpulses in it already: with `ambient` 0 they are
+    not added again.
     """
 
     id = "afterpulsing"
@@ -29,7 +31,13 @@ class Afterpulsing(Effect):
         LookAlike("ambient_pedestal", "Cover the emitter: a pedestal stays, afterpulses of the laser's light go."),
         LookAlike("multipath", "Take the target out of the corner: the echo stays, a second bounce goes."),
     )
-    forms = (("probability", "tau"), ("probability", "tau", "dead"))
+    forms = (
+        ("probability", "tau"),
+        ("probability", "tau", "dead"),
+        ("probability", "tau", "dead", "ambient"),
+        ("probability", "tau", "dead", "slower", "slower_tau"),
+        ("probability", "tau", "dead", "slower", "slower_tau", "ambient"),
+    )
     parameters = (
         Parameter(
             "probability",
@@ -58,6 +66,11 @@ class Afterpulsing(Effect):
             tries=(5e-10, 3e-9),
             sentence="How long after an event's bin none is released or counted.",
         ),
+        Parameter("ambient", "1", 0.0, 1.0, 1.0, "Part of the background whose afterpulses are not in it yet."),
+        Parameter(
+            "slower", "1", 0.0, 1.0, 0.01, "Afterpulses for each event of a second kind of trap.", vanishes_at=0.0
+        ),
+        Parameter("slower_tau", "s", 2e-10, 1e-6, 2e-8, "Mean delay of those, after the hold-off.", tries=(2e-8, 1e-7)),
     )
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
@@ -65,15 +78,25 @@ class Afterpulsing(Effect):
         return values["probability"] > 0 and values["tau"] < SOONEST_S and values["dead"] < rendering.clock.bin_width_s
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """Counts and their echo."""
-        width = rendering.clock.bin_width_s
-        kept = np.exp(-width / values["tau"])
-        whole, part = divmod(values["dead"] / width, 1)
-        # Of the first bin after the hold-off only the rest is left: `waits` of the afterpulses come in later ones.
-        waits = np.exp(-(1 - part) * width / values["tau"])
-        response = [*np.zeros(min(int(whole), rendering.expected.shape[-1])), 0.0, 1 - waits, waits - kept]
-        echo = lfilter(response, [1.0, -kept], rendering.expected, axis=-1)
-        return rendering.expected + values["probability"] * echo
+        """Counts and their echoes, of one kind of trap or two."""
+        found = events = rendering.expected
+        if values["ambient"] != 1:
+            events = np.maximum(events - (1 - values["ambient"]) * rendering.background, 0)
+        for probability, tau in (("probability", "tau"), ("slower", "slower_tau")):
+            if values[probability]:
+                echo = _echo(events, rendering.clock.bin_width_s, values[tau], values["dead"])
+                found = found + values[probability] * echo
+        return found
+
+
+def _echo(counts: np.ndarray, width: float, tau: float, dead: float) -> np.ndarray:
+    """(..., T) afterpulses of counts (..., T) with one for each event, lost ones left out."""
+    kept = np.exp(-width / tau)
+    whole, part = divmod(dead / width, 1)
+    # Of the first bin after the hold-off only the rest is left: `waits` of the afterpulses come in later ones.
+    waits = np.exp(-(1 - part) * width / tau)
+    response = [*np.zeros(min(int(whole), counts.shape[-1])), 0.0, 1 - waits, waits - kept]
+    return lfilter(response, [1.0, -kept], counts, axis=-1)
 
 
 effect = Afterpulsing()

@@ -11,6 +11,10 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
 from physics.rendering import Rendering
 
+# What says that zones are exchanged: in such a share, of which less than half is no exchange.
+SHARES = ("rows", "columns", "transposed", "zones_exchanged", "rows_exchanged", "columns_exchanged", "reordered")
+HALF = 0.5
+
 
 class MirroredZones(Effect):
     """Zones look where others were said to: two of them first, or two rows or columns, then all rows mirrored, then
@@ -86,15 +90,7 @@ class MirroredZones(Effect):
     )
     parameters += (
         Parameter("clocks", "1", 0.0, 1.0, 0.0, "1 where zones bring their time zeros along.", tries=(1.0,)),
-        Parameter(
-            "place",
-            unit="1",
-            low=0.0,
-            high=1e4,
-            start=0.0,
-            axis="zone",
-            sentence="Which zone, from 0, each takes the place of.",
-        ),
+        Parameter("place", "1", 0.0, 1e4, 0.0, "Which zone, from 0, each takes the place of.", axis="zone"),
     )
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
@@ -111,6 +107,11 @@ class MirroredZones(Effect):
             return rendering.clock
         theirs = zero @ taken(rendering.footprints.zone_grid, values).T
         return replace(rendering.clock, time_zero_s=zero + values["clocks"] * (theirs - zero))
+
+    def contradiction(self, values: Values) -> str | None:
+        """Zones are in each other's place or not; a small share of another's light is a ghost, or stray."""
+        largest = max(values[name] for name in SHARES)
+        return None if largest == 0 or largest > HALF else f"of another zone's place each has {largest:.2g} only"
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The two zones, rows and columns that fit best in each other's place, and the order that fits best of all."""

@@ -4,7 +4,8 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.folded import folded, periods
+from physics.folded import one_period_early, periods, seen_beyond, seen_through
+from physics.light import Return
 from physics.pulse import ImpulseResponse, longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
@@ -16,8 +17,9 @@ LEAST_JITTER_S = 1e-14
 class RangeAliasing(Effect):
     """Light of one shot is registered after the next: a far target seems near.
 
-    Depth images seldom hold it: then it is a pulse at `apparent_range`. What they hold beyond the period comes back, as
-    much as `folded` times what it should, one period early.
+    Depth images seldom hold it: then it is a pulse at `apparent_range`, or a wall across the view at `depth`, seen
+    wherever depth is unknown. What they hold beyond the period comes back one period early, as much as `folded` times
+    what it should; so does that wall.
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
@@ -41,6 +43,9 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", "speed", "spread"),
         ("folded", "period"),
         ("folded", "period", "smear"),
+        ("through", "depth"),
+        ("through", "depth", "speed"),
+        ("through", "depth", "smear"),
     )
     parameters = (
         Parameter(
@@ -97,32 +102,11 @@ class RangeAliasing(Effect):
             start=0.0,
             sentence="Metres by which it comes nearer for each that the camera moves ahead: 1 if it stands still.",
         ),
-        Parameter(
-            "folded",
-            unit="1",
-            low=0.0,
-            high=10.0,
-            start=1.0,
-            vanishes_at=0.0,
-            sentence="Part of the light of surfaces in view beyond the period that comes one period early.",
-        ),
-        Parameter(
-            "period",
-            unit="s",
-            low=1e-9,
-            high=1e-6,
-            start=5.627e-8,
-            sentence="Period of the laser; that of a TMF8828 is 56.27 ns, 17.77 MHz.",
-        ),
-        Parameter(
-            "smear",
-            unit="s",
-            low=0.0,
-            high=5e-9,
-            start=0.0,
-            tries=(5e-10,),
-            sentence="Standard deviation of the period by which they come early.",
-        ),
+        Parameter("folded", "1", 0.0, 10.0, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
+        Parameter("through", "1", 0.0, 10.0, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
+        Parameter("depth", "m", 1.0, 60.0, 10.0, "How far ahead that wall is at the start of the session."),
+        Parameter("period", "s", 1e-9, 1e-6, 5.627e-8, "Period of the laser; of a TMF8828 56.27 ns, 17.77 MHz."),
+        Parameter("smear", "s", 0.0, 5e-9, 0.0, "Standard deviation of that period.", tries=(5e-10,)),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -130,16 +114,26 @@ class RangeAliasing(Effect):
         found = rendering.expected
         if np.any(values["counts"]):
             found = found + np.atleast_1d(values["counts"])[:, None] * self._pulse(values, rendering)
-        if values["folded"]:
-            early = folded(rendering, values["period"], values["smear"])
-            found = found if early is None else found + values["folded"] * early
+        period = values["period"], values["smear"]
+        for strength, light in (("folded", _beyond), ("through", self._wall)):
+            if values[strength]:
+                early = one_period_early(rendering, light(values, rendering), *period)
+                found = found if early is None else found + values[strength] * early
         return found
+
+    def _wall(self, values: Values, rendering: Rendering) -> list[Return]:
+        """What a wall across the view sends back where depth is unknown."""
+        return seen_through(rendering.light, values["depth"] + self._way(values, rendering))
+
+    def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """(F,) metres by which it is farther than at the start."""
+        return values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
 
     def _pulse(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F or 1, P or 1, T) shares of the pulse by bin, averaged over the jitter: exact for its cumulative, which is
         linear within a step."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
-        way_m = values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
+        way_m = self._way(values, rendering)
         way_m = way_m if way_m.any() else way_m[:1]  # Frames alike are worked out once.
         ranges = np.atleast_1d(values["apparent_range"]) + way_m[:, None]
         arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
@@ -156,17 +150,25 @@ class RangeAliasing(Effect):
         periods at which surfaces that are seen beyond them come early.
         """
         beyond = [{"folded": 1.0, "period": period} for period in periods(excess, expected, rendering)]
+        a_period_m = speed_of_light / 2 * self.parameter("period").start
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
         way_s, clock = -2 * _way_m(rendering) / speed_of_light, rendering.clock
         for still in (0.0, 1.0) if np.ptp(way_s) > clock.bin_width_s / 2 else (0.0,):
             tracks = straight_tracks(excess, expected, rendering, 2 * fastest / speed_of_light, way_s=still * way_s)
             for track in tracks:
-                apparent = speed_of_light / 2 * (track.arrival_s - np.mean(clock.time_zero_s))
-                speed = float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest))
+                apparent = float(speed_of_light / 2 * (track.arrival_s - np.mean(clock.time_zero_s)))
+                moves = {"speed": float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest)), "still": still}
                 if apparent >= self.parameter("apparent_range").low:
-                    where = {"apparent_range": float(apparent), "speed": speed, "still": still}
+                    where = {"counts": self.parameter("counts").start, "apparent_range": apparent} | moves
                     found += [where | {name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
+                    through = self.parameter("through").start
+                    beyond.append({"through": through, "depth": apparent + a_period_m} | moves)
         return found + beyond
+
+
+def _beyond(values: Values, rendering: Rendering) -> list[Return]:
+    """What is seen beyond the period."""
+    return seen_beyond(rendering.light, values["period"])
 
 
 def _way_m(rendering: Rendering) -> np.ndarray:

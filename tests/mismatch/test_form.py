@@ -76,6 +76,7 @@ def test_a_form_begins_elsewhere_only_by_parameters_it_has():
     form = FORMS[0]
     assert form.beginning({"tau": 7e-10}).start["tau"] == 7e-10
     assert form.beginning({"factor": 2.0}) is None
+    assert form.beginning({"tau": 7e-10, "lingering": 0.1}) is None
 
 
 def test_effects_that_are_given_are_not_tried():

@@ -10,9 +10,16 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 
 def detected(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Some are followed by one more in the same channel and shot, after the rest of their bin, hold-off and a while."""
-    trapped = in_window(photons, world) & (rng.random(len(photons)) < values["probability"])
-    events = photons.only(trapped)
-    alive_s = (np.floor(events.time_s / world.bin_width_s) + 1) * world.bin_width_s
-    released_s = alive_s + values["dead"] + rng.exponential(values["tau"], len(events))
-    return photons.and_also(replace(events, time_s=released_s, pixel=np.full_like(events.pixel, NO_PIXEL)))
+    """Some are followed by one more in the same channel and shot, after the rest of their bin, hold-off and a while.
+
+    Traps of two kinds hold carriers for different times. All that comes from no pixel is taken for background.
+    """
+    found = photons
+    ambient = (photons.pixel == NO_PIXEL) & (rng.random(len(photons)) >= values["ambient"])
+    for probability, tau in (("probability", "tau"), ("slower", "slower_tau")):
+        trapped = in_window(photons, world) & ~ambient & (rng.random(len(photons)) < values[probability])
+        events = photons.only(trapped)
+        alive_s = (np.floor(events.time_s / world.bin_width_s) + 1) * world.bin_width_s
+        released_s = alive_s + values["dead"] + rng.exponential(values[tau], len(events))
+        found = found.and_also(replace(events, time_s=released_s, pixel=np.full_like(events.pixel, NO_PIXEL)))
+    return found

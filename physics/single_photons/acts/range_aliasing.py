@@ -19,11 +19,18 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
     period_s = values["period"]
     beyond = world.range_m > speed_of_light / 2 * period_s
-    if values["folded"] and beyond.any():
-        seen = returned(replace(world, gloss=world.gloss * np.where(beyond, values["folded"], 0)), rng)
-        smeared_s = values["smear"] * rng.standard_normal(len(seen))
-        seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
-    else:
-        seen = far.only(np.zeros(0, int))
+    seen = returned(replace(world, gloss=world.gloss * np.where(beyond, values["folded"], 0)), rng)
+    seen = seen.and_also(returned(_wall(world, values, ahead), rng))
+    smeared_s = values["smear"] * rng.standard_normal(len(seen))
+    seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
     jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1) + values["spread"] * rng.standard_normal(len(far))
     return photons.and_also(seen).and_also(replace(far, time_s=far.time_s + jitter_s))
+
+
+def _wall(world: World, values: Values, ahead: float) -> World:
+    """A wall across the view, and nothing else, where depth is unknown."""
+    away = values["depth"] + world.time_s * values["speed"] - values["still"] * ahead
+    wall = replace(world, depth_m=np.where(world.depth_m > 0, np.nan, away))
+    # It faces the camera: its normal is the axis.
+    cosine = wall.depth_m / np.where(wall.range_m > 0, wall.range_m, 1)
+    return replace(wall, reflectance=np.full(cosine.shape, values["through"]), cosine=cosine, gloss=1.0, behind=None)

@@ -15,7 +15,8 @@ WIDTH = 0.4e-9
 
 
 def seen(counts, **values):
-    start = SimpleNamespace(expected=np.asarray(counts, float), clock=SimpleNamespace(bin_width_s=WIDTH))
+    clock = SimpleNamespace(bin_width_s=WIDTH)
+    start = SimpleNamespace(expected=np.asarray(counts, float), clock=clock, background=0.0)
     return effect.expected(effect.at(**values).values, start)
 
 
@@ -50,6 +51,22 @@ def test_none_is_released_in_the_hold_off(dead):
     found = seen(counts, probability=0.4, tau=tau, dead=dead) - counts
     edges = (np.arange(61) - 6) * WIDTH
     np.testing.assert_allclose(found, 400 * np.diff(expon.cdf(edges, loc=dead, scale=tau)), atol=1e-9)
+
+
+def test_traps_of_two_kinds_add_their_echoes():
+    counts = np.zeros(60)
+    counts[5] = 1000
+    both = seen(counts, probability=0.2, tau=1.3e-9, dead=0.3e-9, slower=0.1, slower_tau=9e-9) - counts
+    fast = seen(counts, probability=0.2, tau=1.3e-9, dead=0.3e-9) - counts
+    slow = seen(counts, probability=0.1, tau=9e-9, dead=0.3e-9) - counts
+    np.testing.assert_allclose(both, fast + slow, atol=1e-12)
+
+
+def test_background_that_has_its_afterpulses_is_given_none(small):
+    """Of a scene and its background: as if afterpulses were made of the scene alone, and the background added then."""
+    dark = ForwardModel(small.light, small.footprints, small.clock, 0.0)
+    found = ForwardModel(small.light, small.footprints, small.clock, 7.0).expected(1e3, [effect.at(ambient=0.0)])
+    np.testing.assert_allclose(found, dark.expected(1e3, [effect.at()]) + 7.0)
 
 
 def test_it_is_in_proportion_to_the_pulse(small):

@@ -148,3 +148,23 @@ def test_it_suggests_the_period(deep, small, period):
     starts = effect.starts(excess, nominal, Rendering(light, small.footprints, small.clock, 1e6, background=4.0))
     found = [start["period"] for start in starts if "folded" in start]
     assert abs(found[0] - period) < small.clock.bin_width_s / 2
+
+
+def test_a_wall_is_seen_where_depth_is_unknown(small):
+    """Against a scene that holds it, one period nearer and dimmer by the square of the ranges."""
+    known, period = np.arange(10) < 6, 57e-9
+    depth = np.where(known, 0.5, np.nan) * np.ones((3, 6, 10))
+    light = direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)
+    model = ForwardModel(light, small.footprints, small.clock, 4.0)
+    setting = effect.at(counts=0, through=0.3, depth=8.9, speed=0.5, period=period)
+    found = model.expected(1e6, [setting]) - model.expected(1e6)
+    away = 8.9 + 0.5 * small.light.time_s[:, None, None]
+    whole = direct_light(
+        np.where(known, np.nan, away) * np.ones(depth.shape), small.light.intrinsics, np.float32(0.3),
+        time_s=small.light.time_s, cosine=np.broadcast_to(1 / np.linalg.norm(light.rays, axis=-1), depth.shape),
+    )  # fmt: skip
+    (way,) = whole.returns
+    early = replace(way, range_m=way.range_m - np.float32(C / 2 * period))
+    alone = ForwardModel(replace(whole, returns=(early,)), small.footprints, small.clock, 0.0).expected(1e6)
+    np.testing.assert_allclose(found, alone, rtol=1e-4, atol=1e-6 * alone.max())
+    assert alone.sum() > 100
