@@ -7,6 +7,10 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 from recordings.refusal import Refusal
 
+# A normal density by nine points, of mean 0 and variance 1 (Gauss and Hermite).
+NODES, _weights = np.polynomial.hermite_e.hermegauss(9)
+WEIGHTS = _weights / _weights.sum()
+
 
 class CoverGlassCrosstalk(Effect):
     """Light reflected inside the package and by the cover glass: a pulse next to time zero, in every frame alike."""
@@ -21,7 +25,12 @@ class CoverGlassCrosstalk(Effect):
         LookAlike("stray_light", "Point the sensor at the open sky: crosstalk stays, stray light goes."),
         LookAlike("second_surface", "Step the target in range: crosstalk stays where it is, a second surface moves."),
     )
-    forms = (("share", "delay"), ("counts", "delay"))
+    forms = (
+        ("share", "delay"),
+        ("counts", "delay"),
+        ("share", "delay", "longer", "together"),
+        ("counts", "delay", "longer", "together"),
+    )
     parameters = (
         Parameter(
             "share",
@@ -52,6 +61,15 @@ class CoverGlassCrosstalk(Effect):
             start=2e-10,
             sentence="Arrival after that of a target at range 0.",
         ),
+        Parameter(
+            "together",
+            "1",
+            0.0,
+            1.0,
+            0.0,
+            "1 where it arrives at one time by the clock, whatever each zone's time zero.",
+        ),
+        Parameter("longer", "s", 0.0, 5e-10, 0.0, "Standard deviation of the time that its ways take.", tries=(1e-10,)),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
@@ -64,7 +82,11 @@ class CoverGlassCrosstalk(Effect):
         if not rendering.gain > 0:
             raise Refusal(f"effect cover_glass_crosstalk: gain is {rendering.gain:g}, expected above 0")
         counts = np.atleast_1d(values["counts"]) + (0.0 if cycles is None else share * cycles[:, None])
-        return rendering.arrivals.added(counts / rendering.gain, rendering.clock.time_zero_s + values["delay"])
+        found, zero = rendering.arrivals, np.asarray(rendering.clock.time_zero_s)
+        at = zero + values["together"] * (zero.mean(axis=-1, keepdims=True) - zero) + values["delay"]
+        for node, weight in zip(NODES, WEIGHTS, strict=True) if values["longer"] else ((0.0, 1.0),):
+            found = found.added(weight * counts / rendering.gain, at + node * values["longer"])
+        return found
 
 
 effect = CoverGlassCrosstalk()

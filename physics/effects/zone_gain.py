@@ -10,7 +10,9 @@ from physics.rendering import Rendering
 
 
 class ZoneGain(Effect):
-    """All laser light that a zone receives is counted with one factor, whatever way it came."""
+    """All laser light that a zone receives is counted with one factor, whatever way it came: `factor` of each, and
+    exp(one) in zone number `zone` alone.
+    """
 
     id = "zone_gain"
     acts_on = "optics"
@@ -26,6 +28,7 @@ class ZoneGain(Effect):
         ),
         LookAlike("gain_drift", "Repeat the first capture at the end: a gain is as it was, a drift is not."),
     )
+    forms = (("factor",), ("one",))
     parameters = (
         Parameter(
             "factor",
@@ -37,12 +40,23 @@ class ZoneGain(Effect):
             axis="zone",
             sentence="Counts of the zone over those that its response map gives.",
         ),
+        Parameter("one", "1", -10.0, 3.0, 0.1, "Logarithm of the factor of zone `zone`.", vanishes_at=0.0),
+        Parameter("zone", "1", 0.0, 1e4, 0.0, "Number of that zone, from 0."),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Each zone's light, multiplied."""
-        factor = np.atleast_1d(values["factor"])[:, None]
-        return replace(rendering.arrivals, light=rendering.arrivals.light * factor)
+        light = rendering.arrivals.light * np.atleast_1d(values["factor"])[:, None]
+        if values["one"]:
+            light[:, np.arange(light.shape[1]) == round(values["zone"])] *= np.exp(values["one"])
+        return replace(rendering.arrivals, light=light)
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The zone whose light is off by most, in standard deviations."""
+        light = np.maximum(expected - rendering.background, 0)
+        told = light / np.maximum(expected, 1e-9)
+        sigmas = (told * excess).sum(axis=(0, 2)) / np.sqrt(np.maximum((told * light).sum(axis=(0, 2)), 1e-9))
+        return [{"one": self.parameter("one").start, "zone": float(np.argmax(np.abs(sigmas)))}]
 
 
 effect = ZoneGain()

@@ -1,5 +1,7 @@
 """`cover_glass_crosstalk`: photons that only ever see the inside of the package."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from physics.effect import Values
@@ -17,4 +19,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
                 "cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame"
             )
         counts = counts + share * world.laser_cycles
-    return photons.and_also(pulse_from_elsewhere(world, counts * world.boost, world.time_zero_s + values["delay"], rng))
+    arrival_s = (1 - values["together"]) * world.time_zero_s + values["together"] * world.time_zero_s.mean()
+    inside = pulse_from_elsewhere(world, counts * world.boost, arrival_s + values["delay"], rng)
+    late_s = values["longer"] * rng.standard_normal(len(inside))
+    return photons.and_also(replace(inside, time_s=inside.time_s + late_s))

@@ -11,16 +11,21 @@ from physics.single_photons.world import Photons, World
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many photons for all as the most sensitive zone counts: none is there twice."""
-    most = _most(values)
+    most = max(1.0, float(_factors(world, values).max()))
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Of these the others lose their part."""
-    passed = by_zone(world, values["factor"]) / _most(values)
+    factors = _factors(world, values)
+    passed = factors / max(1.0, float(factors.max()))
     return photons.only(rng.random(len(photons)) < passed[photons.zone])
 
 
-def _most(values: Values) -> float:
-    """The largest factor, 1 at least."""
-    return max(1.0, float(np.max(values["factor"])))
+def _factors(world: World, values: Values) -> np.ndarray:
+    """(P,) factor of each zone."""
+    factors = np.array(by_zone(world, values["factor"]), float)
+    alone = int(values["zone"] + 0.5)
+    if alone < len(factors):
+        factors[alone] *= np.exp(values["one"])
+    return factors

@@ -55,3 +55,28 @@ def test_where_nobody_knows_the_shots_it_is_counts_in_a_frame(small):
     shots = ForwardModel(small.light, small.footprints, small.clock)
     by_shot = [effect.at(share=np.array(counts) / CYCLES, delay=-1e-10)]
     np.testing.assert_allclose(shots.expected(10.0, by_shot) - shots.expected(10.0), more, atol=1e-9)
+
+
+def test_ways_that_take_differing_times_make_a_longer_pulse(small):
+    """Against the mean of pulses at delays that a normal density weights."""
+    model, sigma, nodes = ForwardModel(small.light, small.footprints, small.clock), 2e-10, np.linspace(-5, 5, 201)
+    weights = np.exp(-(nodes**2) / 2)
+    # Limits of a parameter do not bind an oracle.
+    each = [more_at(small, 3e-10 + sigma * node) for node in nodes]
+    found = model.expected(10.0, [effect.at(counts=50.0, delay=3e-10, longer=sigma)]) - model.expected(10.0)
+    wanted = np.tensordot(weights / weights.sum(), each, axes=1)
+    np.testing.assert_allclose(found, np.broadcast_to(wanted, found.shape), atol=4e-3 * wanted.max())
+
+
+def test_it_may_arrive_at_one_time_by_the_clock(small):
+    model, clock = ForwardModel(small.light, small.footprints, small.clock), small.clock
+    found = model.expected(10.0, [effect.at(counts=50.0, delay=3e-10, together=1)]) - model.expected(10.0)
+    at = np.full(4, clock.time_zero_s.mean() + 3e-10)
+    wanted = 50 * clock.pulse.in_bins(at, clock.bins, clock.bin_width_s)
+    np.testing.assert_allclose(found, np.broadcast_to(wanted, found.shape), atol=4e-3 * wanted.max())
+
+
+def more_at(small, delay):
+    """(P, T) counts of 50 that arrive so long after time zero."""
+    clock = small.clock
+    return 50 * clock.pulse.in_bins(clock.time_zero_s + delay, clock.bins, clock.bin_width_s)

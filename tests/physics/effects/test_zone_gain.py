@@ -3,6 +3,7 @@ import numpy as np
 from physics.effects.cover_glass_crosstalk import effect as crosstalk
 from physics.effects.zone_gain import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 FACTORS = np.array([0, 0.5, 1, 3])
 
@@ -19,3 +20,17 @@ def test_crosstalk_is_multiplied_too(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     both = model.expected(50.0, [effect.at(factor=FACTORS), crosstalk.at()])
     np.testing.assert_allclose(both, model.expected(50.0, [crosstalk.at()]) * FACTORS[:, None], atol=1e-10)
+
+
+def test_one_zone_alone(small):
+    model = ForwardModel(small.light, small.footprints, small.clock, 7.0)
+    alone = model.expected(50.0, [effect.at(one=-0.4, zone=2)])
+    np.testing.assert_allclose(alone, model.expected(50.0, [effect.at(factor=[1, 1, np.exp(-0.4), 1])]), rtol=1e-12)
+
+
+def test_it_suggests_the_zone(small):
+    model = ForwardModel(small.light, small.footprints, small.clock, 7.0)
+    nominal = model.expected(1e3)
+    excess = np.random.default_rng(2).poisson(model.expected(1e3, [effect.at(one=-0.2, zone=1)])) - nominal
+    rendering = Rendering(small.light, small.footprints, small.clock, 1e3, background=7.0)
+    assert [start["zone"] for start in effect.starts(excess, nominal, rendering)] == [1.0]

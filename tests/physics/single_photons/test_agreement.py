@@ -42,6 +42,7 @@ STRENGTHS = {
     "cover_glass_crosstalk": [
         {"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
+        {"counts": [3e4, 1e4, 0, 2e3], "longer": 2e-10, "together": 0.7},
     ],
     "footprint_blur": [
         {"variance": 1600},
@@ -157,7 +158,7 @@ STRENGTHS = {
         {"early": 19.7, "softness": 3, "background": 0},
         {"late": 26.1, "lost": 0.5, "background": 0.4},
     ],
-    "zone_gain": [{"factor": [0.7, 1.3, 1, 0]}],
+    "zone_gain": [{"factor": [0.7, 1.3, 1, 0]}, {"one": -0.4, "zone": 2}, {"one": 0.3, "zone": 1}],
 }
 # A ceiling concerns frames of few counts; a second bounce is weak, and so is a sharpened map.
 DRAWN = {
