@@ -26,7 +26,8 @@ def covariance(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray, 
     The inverse of the information (N, N); what the data do not tell is as uncertain as its bounds are wide. Where
     effects can make the gain's change exactly, only their ratio to it can be known, and the gain is held. Where the
     deviance does not rise with the square, errors of parameters that are one number for all are stretched to where it
-    has risen by 1, the others at their best (likelihood-based intervals: Venzon and Moolgavkar 1988).
+    has risen by 1, the others at their best (likelihood-based intervals: Venzon and Moolgavkar 1988). Those of each
+    zone or bin take part in that as they are correlated with them.
     """
     low, high = limits(forms)
     prior = np.zeros(len(x))
@@ -44,7 +45,12 @@ def covariance(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray, 
     for i, place in enumerate(places, start=1):
         if place is None and found[i, i] > 0:
             stretch[i] = _reach(x, found[:, i] / np.sqrt(found[i, i]), i, (low, high), rise)
-    return found * np.outer(stretch, stretch)
+    wider = found * np.outer(stretch, stretch)
+    # Numbers of each zone or bin go along with those that are one for all, as far as these have been stretched.
+    for i in np.flatnonzero(stretch > 1):
+        along = np.where([place is not None for place in (None, *places)], found[:, i], 0)
+        wider += (stretch[i] ** 2 - 1) * np.outer(along, along) / found[i, i]
+    return wider
 
 
 def _reach(x: np.ndarray, way: np.ndarray, i: int, ends: tuple[np.ndarray, np.ndarray], rise: Rise) -> float:

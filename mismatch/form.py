@@ -156,6 +156,15 @@ def slope_of(parameter: Parameter, x: float) -> float:
     return parameter.size / parameter.power * max(x, LEAST) ** (1 / parameter.power - 1)
 
 
+def error_of(parameter: Parameter, x: float, sigma: float) -> float:
+    """How far a value is from that of a coordinate x, at most, where the coordinate is off by `sigma` either way.
+
+    Where a number is known to within a factor only, the larger of the two sides.
+    """
+    value = to_value(parameter, x)
+    return max(abs(to_value(parameter, x + side * sigma) - value) for side in (-1.0, 1.0))
+
+
 def bounds(parameter: Parameter) -> tuple[float, float]:
     """Of its coordinate."""
     ends = [to_coordinate(parameter, end) for end in (parameter.low, parameter.high)]

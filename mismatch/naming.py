@@ -6,7 +6,7 @@ import numpy as np
 
 from mismatch.capture import best_capture
 from mismatch.fit import Fit, on_others
-from mismatch.form import Form, slope_of, to_value
+from mismatch.form import Form, error_of, to_value
 from mismatch.gained import gained
 from mismatch.places import significance
 from mismatch.rivals import LEAST_PROBABILITY, Rival, probabilities, rivals
@@ -91,7 +91,7 @@ def estimates(fitted: Fit, form: Form) -> tuple[Estimate, ...]:
         value = to_value(parameter, fitted.x[at + i])
         sigma = float(np.sqrt(max(fitted.covariance[at + i, at + i], 0)))
         name = parameter.name if place is None else f"{parameter.name}[{place}]"
-        out.append(Estimate(name, value, sigma * slope_of(parameter, fitted.x[at + i]), parameter.unit))
+        out.append(Estimate(name, value, error_of(parameter, fitted.x[at + i], sigma), parameter.unit))
     for parameter in map(form.effect.parameter, form.given):
         values = np.atleast_1d(form.start[parameter.name])
         names = [parameter.name] if len(values) == 1 else [f"{parameter.name}[{place}]" for place in range(len(values))]

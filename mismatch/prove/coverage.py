@@ -99,6 +99,13 @@ def _holds(form: Form, setting: Setting) -> bool:
     return True
 
 
+def _mean(simulation: Simulation, gain: float, setting: Setting, rng: np.random.Generator) -> np.ndarray:
+    """(F, P, T) expected counts; with things somewhere by chance where only a recording could say where they are."""
+    if not setting.effect.looks(setting.values):
+        return simulation.expected(gain, (setting,))
+    return setting.effect.at_random(setting.values, simulation.without(gain, (setting,), setting), rng)
+
+
 def _drawn(effect: Effect, rng: np.random.Generator, moved: tuple[float, float]) -> tuple[Simulation, Setting]:
     """A recording of an effect beside its simulation; rigs in which the effect does not show are drawn anew."""
     for _ in range(TRIES):
@@ -125,7 +132,7 @@ def _drawn(effect: Effect, rng: np.random.Generator, moved: tuple[float, float])
         target = float(np.exp(rng.uniform(*np.log(moved))))
         setting = draw_setting(rng, effect, simulation.model, gain, simulation.expected(gain), target)
         if setting is not None and forms_like(setting, empty.shape):
-            counts = rng.poisson(simulation.expected(gain, (setting,))).astype(float)
+            counts = rng.poisson(_mean(simulation, gain, setting, rng)).astype(float)
             whole = Simulation(counts, light, where, rig.sensor.clock, background, np.arange(FRAMES))
             return economical(whole), setting
     raise Refusal(f"no scene in {TRIES} showed {effect.id}, expected one")

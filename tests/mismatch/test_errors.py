@@ -90,3 +90,28 @@ def test_the_gain_is_held_where_zones_can_do_the_same():
     derivative = np.hstack([np.ones((4, 1)), np.eye(4)])
     found = covariance((form,), x, derivative.T @ np.diag(by_zone) @ derivative, never)
     np.testing.assert_allclose(np.diag(found)[1:], 1 / by_zone, rtol=1e-3)
+
+
+def test_numbers_of_zones_go_along_with_one_that_is_stretched():
+    """The conditional law beside the one number stays; that one is known half as well as its curvature says."""
+    form = next(
+        f for f in forms_of(find_effect("range_walk"), {"zone": 4, "bin": 48}) if f.free == ("walk", "level") and f.own
+    )
+    names = [parameter.name for parameter, _ in form.coordinates]
+    i = 1 + names.index("level")
+    x = np.ones(1 + len(names))
+    root = np.random.default_rng(3).normal(size=(len(x), len(x))) + 3 * np.eye(len(x))
+    information = 1e4 * root.T @ root
+    plain = np.linalg.inv(information)
+    rise = square(information, x)
+
+    def half(there, held):
+        return rise(there, held) / 4
+
+    found = covariance((form,), x, information, half)
+    slope = plain[:, i] / plain[i, i]
+    wanted = np.diag(plain) - slope**2 * plain[i, i] + slope**2 * 4 * plain[i, i]
+    zones = [1 + k for k, name in enumerate(names) if name == "walk"]
+    assert found[i, i] == pytest.approx(4 * plain[i, i], rel=0.1)
+    np.testing.assert_allclose(np.diag(found)[zones], wanted[zones], rtol=0.1)
+    assert (wanted[zones] > 1.01 * np.diag(plain)[zones]).any()
