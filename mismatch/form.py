@@ -157,10 +157,7 @@ def slope_of(parameter: Parameter, x: float) -> float:
 
 
 def error_of(parameter: Parameter, x: float, sigma: float) -> float:
-    """How far a value is from that of a coordinate x, at most, where the coordinate is off by `sigma` either way.
-
-    Where a number is known to within a factor only, the larger of the two sides.
-    """
+    """How far, at most, a value is from that of a coordinate x where the coordinate is off by `sigma` either way."""
     value = to_value(parameter, x)
     return max(abs(to_value(parameter, x + side * sigma) - value) for side in (-1.0, 1.0))
 
