@@ -35,8 +35,8 @@ class Afterpulsing(Effect):
         ("probability", "tau"),
         ("probability", "tau", "dead"),
         ("probability", "tau", "dead", "ambient"),
-        ("probability", "tau", "dead", "slower", "slower_tau"),
-        ("probability", "tau", "dead", "slower", "slower_tau", "ambient"),
+        ("probability", "tau", "dead", "slower", "times"),
+        ("probability", "tau", "dead", "slower", "times", "ambient"),
     )
     parameters = (
         Parameter(
@@ -70,7 +70,9 @@ class Afterpulsing(Effect):
         Parameter(
             "slower", "1", 0.0, 1.0, 0.01, "Afterpulses for each event of a second kind of trap.", vanishes_at=0.0
         ),
-        Parameter("slower_tau", "s", 2e-10, 1e-6, 2e-8, "Mean delay of those, after the hold-off.", tries=(2e-8, 1e-7)),
+        Parameter(
+            "times", "1", 1.0, 1000.0, 10.0, "How many times as long those take, after the hold-off.", tries=(4.0, 20.0)
+        ),
     )
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
@@ -82,9 +84,9 @@ class Afterpulsing(Effect):
         found = events = rendering.expected
         if values["ambient"] != 1:
             events = np.maximum(events - (1 - values["ambient"]) * rendering.background, 0)
-        for probability, tau in (("probability", "tau"), ("slower", "slower_tau")):
+        for probability, times in (("probability", 1.0), ("slower", values["times"])):
             if values[probability]:
-                echo = _echo(events, rendering.clock.bin_width_s, values[tau], values["dead"])
+                echo = _echo(events, rendering.clock.bin_width_s, times * values["tau"], values["dead"])
                 found = found + values[probability] * echo
         return found
 

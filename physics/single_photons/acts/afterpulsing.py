@@ -16,10 +16,10 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     """
     found = photons
     ambient = (photons.pixel == NO_PIXEL) & (rng.random(len(photons)) >= values["ambient"])
-    for probability, tau in (("probability", "tau"), ("slower", "slower_tau")):
+    for probability, times in (("probability", 1.0), ("slower", values["times"])):
         trapped = in_window(photons, world) & ~ambient & (rng.random(len(photons)) < values[probability])
         events = photons.only(trapped)
         alive_s = (np.floor(events.time_s / world.bin_width_s) + 1) * world.bin_width_s
-        released_s = alive_s + values["dead"] + rng.exponential(values[tau], len(events))
+        released_s = alive_s + values["dead"] + rng.exponential(times * values["tau"], len(events))
         found = found.and_also(replace(events, time_s=released_s, pixel=np.full_like(events.pixel, NO_PIXEL)))
     return found

@@ -56,9 +56,9 @@ def test_none_is_released_in_the_hold_off(dead):
 def test_traps_of_two_kinds_add_their_echoes():
     counts = np.zeros(60)
     counts[5] = 1000
-    both = seen(counts, probability=0.2, tau=1.3e-9, dead=0.3e-9, slower=0.1, slower_tau=9e-9) - counts
+    both = seen(counts, probability=0.2, tau=1.3e-9, dead=0.3e-9, slower=0.1, times=5) - counts
     fast = seen(counts, probability=0.2, tau=1.3e-9, dead=0.3e-9) - counts
-    slow = seen(counts, probability=0.1, tau=9e-9, dead=0.3e-9) - counts
+    slow = seen(counts, probability=0.1, tau=6.5e-9, dead=0.3e-9) - counts
     np.testing.assert_allclose(both, fast + slow, atol=1e-12)
 
 

@@ -18,7 +18,7 @@ STRENGTHS = {
         {"probability": 0.2, "tau": 2e-9},
         {"probability": 0.5, "tau": 1e-9},
         {"probability": 0.4, "tau": 2e-9, "dead": 9e-10},
-        {"probability": 0.3, "tau": 8e-10, "dead": 5e-10, "slower": 0.2, "slower_tau": 3e-9},
+        {"probability": 0.3, "tau": 8e-10, "dead": 5e-10, "slower": 0.2, "times": 4},
         {"probability": 0.4, "tau": 2e-9, "ambient": 0.3},
     ],
     "ambient_pedestal": [
