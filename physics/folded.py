@@ -10,11 +10,10 @@ from physics.arrivals import arrivals
 from physics.light import Light, Return
 from physics.pulse import longer
 from physics.rendering import Rendering
+from physics.replicas import DARK
 
 # No farther surface is looked for, metres: it sends back next to nothing.
 FARTHEST_M = 40.0
-# Counts that a cell is taken to expect at least: far surfaces show in the dark.
-DARK = 0.01
 # Periods that are told apart differ by this many bins.
 APART_BINS = 3
 
