@@ -10,8 +10,9 @@ from mismatch.prove.ledger import seal
 from mismatch.prove.run import answer, compare, make_cases, recordings_in
 from mismatch.prove.strangers import STRANGERS
 from physics.effects import all_effects
+from physics.footprint import footprints
 from recordings.files import load, save
-from recordings.maps_file import save_maps
+from recordings.maps_file import load_maps, save_maps
 from recordings.refusal import Refusal
 
 
@@ -39,6 +40,16 @@ def test_the_truth_says_what_is_there(cases):
         assert (truth["deviance_moved"] > 0) == (truth["kind"] != "nothing")
         assert truth["frames"] == len(case.recording.counts)
         json.dumps(truth, allow_nan=False)
+
+
+def test_maps_read_alike_from_their_file(cases, tmp_path):
+    """What explains a case reads its maps from a file: rounding there turned diagonals of the scan's grid, and nothing
+    concealed was called wrong gains of zones."""
+    for case in cases:
+        save_maps(case.maps, tmp_path / "maps.npz")
+        there = load_maps(tmp_path / "maps.npz")
+        shape = np.asarray(case.recording.depth_m).shape[1:]
+        np.testing.assert_array_equal(footprints(there, shape).weights, footprints(case.maps, shape).weights)
 
 
 def test_the_recording_says_nothing_of_it(cases):
