@@ -85,9 +85,13 @@ def price(simulation: Simulation) -> float:
 
 def cost(simulation: Simulation, fitted: Fit) -> float:
     """Deviance that a fit's parameters must gain, and its effects where their names are stretched."""
+    return price(simulation) * len(fitted.x) + strain(simulation, fitted)
+
+
+def strain(simulation: Simulation, fitted: Fit) -> float:
+    """Deviance that the names of a fit must gain for being stretched."""
     rendering = simulation.rendering(fitted.gain)
-    strained = sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
-    return price(simulation) * len(fitted.x) + STRAINED * strained
+    return STRAINED * sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
 
 
 def candidates_of(train: Simulation, test: Simulation, before: Fit, chosen: list[Score]) -> list[Candidate]:

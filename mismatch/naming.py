@@ -35,9 +35,16 @@ def contested(
     for form in judged.forms:
         found = rivals(train, test, judged, form, rounds, forms)
         judged = found[0].fit
-        contests.append(Contest(found[0].form, tuple(found), tuple(probabilities(found))))
+        contests.append(_contest(found))
     judged = standing(train, test, judged)
     return judged, [contest for contest in contests if any(contest.form is form for form in judged.forms)]
+
+
+def _contest(found: list[Rival]) -> Contest:
+    """The contest that the first of these has won, the others by their chances."""
+    chances = probabilities(found)
+    order = np.argsort(-chances, kind="stable")
+    return Contest(found[0].form, tuple(found[i] for i in order), tuple(chances[order]))
 
 
 def standing(train: Simulation, test: Simulation, judged: Fit) -> Fit:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mismatch.candidates import Candidate, cost
+from mismatch.candidates import Candidate, cost, strain
 from mismatch.fit import Fit, fit, on_others
 from mismatch.form import Form
 from mismatch.refined import enriched
@@ -17,17 +17,21 @@ from recordings.refusal import Refusal
 # fit: their richer forms, or effects that came beside it later, may make up for less. So many effects are tried.
 CLOSE, CLOSE_PART, TRIED = 60.0, 0.2, 4
 LEAST_PROBABILITY = 1e-3
+# A name that is stretched does not win because of it, yet words may be used so: once in sixteen where it fits as well.
+STRETCHED = 2 * np.log(16)
 
 
 @dataclass(frozen=True, eq=False)
 class Rival:
     """An effect in the place of another. fit: of the frames that choose. evidence: twice the logarithm of the
     probability of all frames, up to a constant: those that choose by Schwarz's criterion, those held out as predicted.
+    strain: what of it is charged for names that are stretched.
     """
 
     form: Form
     fit: Fit
     evidence: float
+    strain: float = 0.0
 
 
 def evidence(train: Simulation, test: Simulation, fitted: Fit) -> float:
@@ -42,7 +46,7 @@ def rivals(
 
     forms: all that effects may have.
     """
-    found = [Rival(form, now, evidence(train, test, now))]
+    found = [_rival(train, test, form, now)]
     others = [other for other in now.forms if other is not form]
     taken = {other.effect.id for other in others}
 
@@ -52,7 +56,7 @@ def rivals(
             fitted = fit(train, (*others, candidate.form), x, now.frame_gain_sigma)
         except Refusal:
             return None
-        return Rival(candidate.form, fitted, evidence(train, test, fitted))
+        return _rival(train, test, candidate.form, fitted)
 
     close = [c for c in _close(rounds, form) if c.form.effect.id not in taken and c.form is not form]
     found += [rival for rival in train.each(swapped, close) if rival is not None]
@@ -68,10 +72,15 @@ def rivals(
     return sorted([found[0], *beaten], key=lambda rival: -rival.evidence)
 
 
+def _rival(train: Simulation, test: Simulation, form: Form, fitted: Fit) -> Rival:
+    """A form in a fit, with its evidence."""
+    return Rival(form, fitted, evidence(train, test, fitted), strain(train, fitted))
+
+
 def _richer(train: Simulation, test: Simulation, rival: Rival, forms: list[Form]) -> Rival:
     """A rival in a richer form of its own, where that is likelier."""
     fitted = enriched(train, rival.fit, forms)
-    other = Rival(fitted.forms[-1], fitted, evidence(train, test, fitted))
+    other = _rival(train, test, fitted.forms[-1], fitted)
     return max(rival, other, key=lambda one: one.evidence)
 
 
@@ -96,7 +105,13 @@ def _start(candidate: Candidate) -> np.ndarray:
 
 
 def probabilities(found: list[Rival]) -> np.ndarray:
-    """(N,) of each rival, that one of them is the cause: all equally likely beforehand."""
-    logs = np.array([rival.evidence for rival in found]) / 2
+    """(N,) of each rival, the likeliest of which is the first, that one of them is the cause.
+
+    All equally likely beforehand, but names that are more stretched than the first.
+    """
+    first = found[0]
+    most = [first.evidence - STRETCHED if one.strain > first.strain else np.inf for one in found]
+    unstretched = [one.evidence + max(one.strain - first.strain, 0) for one in found]
+    logs = np.maximum([one.evidence for one in found], np.minimum(unstretched, most)) / 2
     chance = np.exp(logs - logs.max())
     return chance / chance.sum()

@@ -104,6 +104,23 @@ def test_probabilities_are_those_of_bayes(pedestal):
     np.testing.assert_allclose(probabilities(found), weights / weights.sum())
 
 
+def test_a_stretched_name_that_fits_as_well_is_said_to_be_possible(pedestal):
+    """Its charge decides who wins, not how sure one may be of that."""
+    form = pedestal.forms[0]
+    found = [
+        Rival(form, pedestal, evidence, strain) for evidence, strain in ((-1000.0, 0), (-1015.0, 25), (-1030.0, 25))
+    ]
+    odds = probabilities(found)[1:] / probabilities(found)[0]
+    np.testing.assert_allclose(odds, [1 / 16, 1 / 16])
+    far = probabilities([found[0], Rival(form, pedestal, -1045.0, 25)])
+    np.testing.assert_allclose(far[1] / far[0], np.exp(-10))
+    # Nor does it tell between two that are stretched alike, nor make a near one less likely than it was.
+    alike = probabilities([Rival(form, pedestal, e, 25) for e in (-1000.0, -1003.0)])
+    np.testing.assert_allclose(alike[1] / alike[0], np.exp(-1.5))
+    near = probabilities([found[0], Rival(form, pedestal, -1001.0, 25)])
+    np.testing.assert_allclose(near[1] / near[0], np.exp(-0.5))
+
+
 def test_what_frames_held_out_do_not_miss_does_not_stand(parts, pedestal):
     _, train, test = parts
     (tail, *_) = forms("impulse_tail")
