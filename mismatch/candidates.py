@@ -19,14 +19,17 @@ from mismatch.simulation import Simulation
 MINOR, MINOR_PART = 60.0, 0.08
 # One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
 MINOR_AS_EXPECTED = 35.0
-# From so much on it can be told whether it gains what it should, and a quarter of that part is enough.
-TOLD = 100.0
+# From so much on it can be told whether it gains what it should, and a quarter of that part is enough; from so much on
+# it can be told to a tenth, and an eighth is.
+TOLD, WELL_TOLD = 100.0, 500.0
 # Standard deviations by which a true cause may gain less than it should: one of six does by the first, one of 160
 # by the other.
 NEAR, FAR = 1.0, 2.5
 # Nor need it gain any part of what others did where so much of its change is in cells that it changes by more than
 # they do: another formula of theirs would not.
 ELSEWHERE = 0.8
+# One that gains less deviance than this on held-out frames has come to nothing, however well its trace fits them.
+NOTICEABLE = 5.0
 # Deviance by which an effect must beat others where its name is stretched.
 STRAINED = 25.0
 
@@ -65,7 +68,7 @@ class Candidate:
         setting = self.fit.settings[-1]
         if setting.effect.looks(setting.values) and falls_short(self.observed, self.expected_gain, True):
             return False
-        return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > 0)
+        return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > NOTICEABLE)
 
     def is_minor(self, won: float) -> bool:
         """Whether it gains too little to be a cause of its own beside others, which gained `won`.
@@ -75,6 +78,7 @@ class Candidate:
         short = (self.expected_gain - self.observed) / (2 * np.sqrt(max(self.expected_gain, 1.0)))
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
         part = MINOR_PART / 4 if short < FAR and self.observed > TOLD else MINOR_PART
+        part = MINOR_PART / 8 if short < NEAR and self.observed > WELL_TOLD else part
         return self.observed < (least if self.elsewhere > ELSEWHERE else max(least, part * won))
 
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mismatch.poisson import deviance
 from mismatch.prove.rig import Rig, draw_rig
+from mismatch.prove.shown import MOVED, moved, strength_for
 from mismatch.prove.strangers import STRANGERS
 from physics.effect import Effect, Setting
 from physics.effects import all_effects
@@ -23,8 +23,6 @@ from recordings.refusal import Refusal
 KINDS = ("single", "nothing", "pair", "unknown")
 SHARES = (0.45, 0.27, 0.13, 0.15)
 FRAMES = (48, 96)
-# Total deviance that a cause moves: log-uniform between these.
-MOVED = (200.0, 5000.0)
 TRIES = 12
 
 
@@ -58,7 +56,7 @@ def draw_case(rng: np.random.Generator) -> Case:
 
 def _concealed(rng, kind: str, model: ForwardModel, gain: float):
     """Settings, a stranger's change of counts or None, and its name; None where the cause does not show."""
-    nominal = model.expected(gain)
+    nominal, dark = model.expected(gain), model.expected(0.0)
     if kind == "nothing":
         return (), None, None, 0.0
     target = float(np.exp(rng.uniform(*np.log(MOVED))))
@@ -69,19 +67,33 @@ def _concealed(rng, kind: str, model: ForwardModel, gain: float):
         def changed(strength: float) -> np.ndarray:
             return STRANGERS[name](nominal, strength, np.random.default_rng(seed))
 
-        strength = _strength(lambda s: _moved(changed(s), nominal), target)
-        return None if strength is None else ((), changed(strength), name, _moved(changed(strength), nominal))
+        strength = strength_for(lambda s: moved(changed(s), nominal, dark), target)
+        return None if strength is None else ((), changed(strength), name, moved(changed(strength), nominal, dark))
     names = rng.choice(sorted(set(all_effects()) & set(all_acts())), 1 if kind == "single" else 2, replace=False)
     settings = []
     for name in names:
         setting = draw_setting(rng, all_effects()[str(name)], model, gain, nominal, target)
+        setting = None if setting is None else _whole(setting)
         if setting is None:
             return None
         settings.append(setting)
     try:
-        return tuple(settings), None, None, _moved(model.expected(gain, settings), nominal)
+        return tuple(settings), None, None, moved(model.expected(gain, settings), nominal, dark)
     except Refusal:
         return None
+
+
+def _whole(setting: Setting) -> Setting | None:
+    """The same, whole where a part of it has no meaning (zones exchanged by a share); None where nor that has."""
+    effect = setting.effect
+    if effect.contradiction(setting.values) is None:
+        return setting
+    values = dict(setting.values)
+    for p in effect.parameters:
+        if p.vanishes_at is not None and np.any(values[p.name] != p.vanishes_at):
+            values[p.name] = p.high
+    whole = effect.at(**values)
+    return whole if effect.contradiction(whole.values) is None else None
 
 
 def draw_setting(
@@ -119,32 +131,12 @@ def draw_setting(
         gone = {p.name: p.vanishes_at for p in effect.parameters if p.vanishes_at is not None}
         return effect.at(**(gone | now))
 
+    dark = model.expected(0.0)
     try:
-        strength = _strength(lambda s: _moved(model.expected(gain, [at(s)]), nominal), target)
+        strength = strength_for(lambda s: moved(model.expected(gain, [at(s)]), nominal, dark), target)
     except Refusal:
         return None
     return None if strength is None else at(strength)
-
-
-def _strength(moved, target: float) -> float | None:
-    """The strength that moves the deviance by about the target, None where none does."""
-    strength, best = 1.0, None
-    for _ in range(25):
-        now = moved(strength)
-        if 0.8 * target < now < 1.25 * target:
-            return strength
-        if now >= MOVED[0]:
-            best = strength
-        factor = np.clip(np.sqrt(target / max(now, 1e-6)), 0.2, 5.0)
-        strength *= factor
-        if strength > 1e4:
-            break
-    return best
-
-
-def _moved(expected: np.ndarray, nominal: np.ndarray) -> float:
-    """Deviance between expected counts and the nominal ones at their best gain, roughly: equal sums."""
-    return float(deviance(expected, nominal * (expected.sum() / nominal.sum())).sum())
 
 
 def _recorded(rng, rig: Rig, views, gain: float, kind: str, settings, changed, stranger, moved: float) -> Case:

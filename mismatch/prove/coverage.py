@@ -8,9 +8,10 @@ from mismatch.economy import economical
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import Form, forms_of
 from mismatch.naming import estimates
-from mismatch.prove.case import MOVED, draw_setting
+from mismatch.prove.case import draw_setting
 from mismatch.prove.pulls import pulls
 from mismatch.prove.rig import draw_rig
+from mismatch.prove.shown import MOVED
 from mismatch.ranking import ranked
 from mismatch.score import start_of
 from mismatch.simulation import Simulation

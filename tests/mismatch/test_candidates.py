@@ -1,5 +1,7 @@
 """When a second effect is a cause of its own, and when it may be another formula of the first."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -25,6 +27,9 @@ def of(observed, expected, away):
         (38, 90, 0.9, 1000, True),  # Little, and less than it should be.
         (25, 25, 1.0, 1000, True),  # Too little in any case.
         (40, 40, 0.0, 100, False),
+        (1100, 1150, 0.0, 70000, False),  # A hundredth, but as it should be to a twentieth.
+        (1100, 1250, 0.0, 70000, True),  # Not quite.
+        (600, 600, 0.0, 70000, True),
     ],
 )
 def test_what_is_minor(observed, expected, away, won, minor):
@@ -45,3 +50,10 @@ def test_what_is_elsewhere_is_counted_cell_by_cell(drawn):
         own += size * (abs(change[cell]) > abs(first[cell]))
     assert elsewhere(simulation, before, fitted) == pytest.approx(own / total)
     assert 0 < own < total
+
+
+def test_what_has_come_to_nothing_does_not_stand_out():
+    """Its trace may fit frames held out though what is left of it gains nothing: it would end the search."""
+    fitted = SimpleNamespace(settings=[SimpleNamespace(effect=find_effect("window_clipping"), values={})])
+    for observed, stands in ((0.01, False), (30.0, True)):
+        assert Candidate(None, fitted, 0.0, 0.0, 6.0, observed, observed, 1.0).stands_out(10) == stands

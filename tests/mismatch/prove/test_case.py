@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from mismatch.prove.case import KINDS, draw_case
+from mismatch.prove.case import KINDS, _whole, draw_case
 from mismatch.prove.ledger import seal
 from mismatch.prove.run import answer, compare, make_cases, recordings_in
 from mismatch.prove.strangers import STRANGERS
-from physics.effects import all_effects
+from physics.effects import all_effects, find_effect
 from physics.footprint import footprints
 from recordings.files import load, save
 from recordings.maps_file import load_maps, save_maps
@@ -93,3 +93,13 @@ def test_answers_are_put_beside_the_truth(rig, tmp_path):
     assert found.kind == "nothing"
     assert found.right
     assert found.verdict["format"] == "difflidar-verdict/1"
+
+
+def test_what_is_there_or_not_is_drawn_whole():
+    mirrored = find_effect("mirrored_zones")
+    whole = _whole(mirrored.at(columns=0.02, transposed=0.02))
+    assert (whole.values["columns"], whole.values["transposed"], whole.values["rows"]) == (1.0, 1.0, 0.0)
+    tail = find_effect("impulse_tail").at(share=0.02)
+    assert _whole(tail) is tail
+    # A surface in front that returns no more light from nearer would contradict itself however strong.
+    assert _whole(find_effect("second_surface").at(passed=0.1, spacing=-0.05, falloff=0.5)) is None
