@@ -10,6 +10,8 @@ from mismatch.simulation import Simulation
 
 # So many of the first round's other candidates are tried as the first.
 OTHERS = 2
+# Twice the logarithm of the odds at which two causes are believed in place of one with a number for each zone.
+TWO_FOR_ONE = 10.0
 
 
 def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
@@ -17,11 +19,14 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
 
     The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
     stretched or leaves something, unless it is as many effects as there may be: then none of the library's will do.
+    One that has a number for each zone may take up two causes whole.
     """
     best = select(train, test, forms)
     found = best[-1].before
-    if not found.forms or not _doubtful(train, found):
+    if not found.forms:
         return best
+    if not _doubtful(train, found):
+        return _two_for_one(train, test, forms, best)
     likeliest = _evidence(train, test, best)
     for candidate in _others(best[0]):
         if train.work.enough:
@@ -31,6 +36,21 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
         if there > likeliest:
             best, likeliest = other, there
     return best
+
+
+def _two_for_one(train: Simulation, test: Simulation, forms: list[Form], best: list[Round]) -> list[Round]:
+    """The selection begun with the same effect alike in all zones, where it leads to two effects that are likelier."""
+    alone = best[-1].before.forms
+    if len(alone) > 1 or not alone[0].own or train.work.enough:
+        return best
+    plain = (c for c in best[0].candidates if c.form.effect is alone[0].effect and not c.form.own)
+    candidate = next((c for c in plain if c.stands_out(len(best[0].candidates))), None)
+    if candidate is None:
+        return best
+    other = begun_with(train, test, forms, best[0], candidate, richer=False)
+    if len(other[-1].before.forms) < 2:
+        return best
+    return other if _evidence(train, test, other) > _evidence(train, test, best) + TWO_FOR_ONE else best
 
 
 def _evidence(train: Simulation, test: Simulation, rounds: list[Round]) -> float:

@@ -51,10 +51,13 @@ def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round
 
 
 def begun_with(
-    train: Simulation, test: Simulation, forms: list[Form], first: Round, candidate: Candidate
+    train: Simulation, test: Simulation, forms: list[Form], first: Round, candidate: Candidate, richer: bool = True
 ) -> list[Round]:
-    """The same from the first round on, had it chosen another of its candidates."""
-    now = refreshed(train, refined(train, test, candidate.fit, forms))
+    """The same from the first round on, had it chosen another of its candidates.
+
+    richer: whether that may take a richer form before others are sought beside it.
+    """
+    now = refreshed(train, refined(train, test, candidate.fit, forms) if richer else candidate.fit)
     return _onward(train, test, forms, [replace(first, chosen=candidate)], now)
 
 

@@ -88,3 +88,33 @@ def test_what_is_left_by_nothing_or_by_all_that_may_be_is_left(tried, effects, o
     tried.effects, tried.left = effects, ("a place",)
     selected()
     assert bool(tried.begun) == others
+
+
+@pytest.mark.parametrize(
+    ("effects", "likelihood", "kept"),
+    [(2, 21.0, "pair"), (2, 19.0, "zones"), (1, 40.0, "zones")],
+)
+def test_one_effect_with_a_number_for_each_zone_may_be_two(tried, monkeypatch, effects, likelihood, kept):
+    """Begun with the same number for all zones, before that may become one for each; believed at odds that tell."""
+    effect = SimpleNamespace(id="surface")
+
+    def form(*own):
+        return SimpleNamespace(effect=effect, own=own)
+
+    def fits(name, forms, candidates):
+        before = SimpleNamespace(forms=forms, settings=(), gain=1.0, name=name)
+        return [SimpleNamespace(candidates=candidates, before=before, minor=None)]
+
+    zones, alike = candidate("surface"), candidate("surface")
+    zones.form, alike.form = form("passed"), form()
+    monkeypatch.setattr(beginnings, "select", lambda *_: fits("zones", (zones.form,), [zones, alike]))
+
+    def begun_with(train, test, forms, first, other, richer=True):
+        assert (other, richer) == (alike, False)
+        return fits("pair", (form(),) * effects, [])
+
+    monkeypatch.setattr(beginnings, "begun_with", begun_with)
+    tried.likely = {"zones": 10.0, "pair": likelihood}
+    assert selected() == kept
+    monkeypatch.setattr(alike, "stands_out", lambda many: False)
+    assert selected() == "zones"
