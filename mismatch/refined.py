@@ -31,10 +31,8 @@ def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form])
 
 
 def enriched(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
-    """A fit with its last effect in the richest of its forms that earns its price on the frames that choose."""
-    found = _best(train, fitted, list(richer(fitted.forms[-1], forms)))
-    better = found is not None and found.deviance + cost(train, found) < fitted.deviance + cost(train, fitted)
-    return found if better else fitted
+    """A fit with its last effect in the best of its richer forms, whether that earns its price or not."""
+    return _best(train, fitted, list(richer(fitted.forms[-1], forms))) or fitted
 
 
 def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:

@@ -60,16 +60,25 @@ def rivals(
 
     close = [c for c in _close(rounds, form) if c.form.effect.id not in taken and c.form is not form]
     found += [rival for rival in train.each(swapped, close) if rival is not None]
-    best: dict[str, Rival] = {}
-    for rival in found:
-        name = rival.form.effect.id
-        if name not in best or rival.evidence > best[name].evidence:
-            best[name] = rival
-    beaten = [rival for rival in best.values() if rival is not found[0]]
-    # The one that was chosen has been tried in richer forms.
+    beaten = [rival for rival in _best_of_each(found) if rival is not found[0]]
     if not train.work.enough:
         beaten = [_richer(train, test, rival, forms) for rival in beaten]
-    return sorted([found[0], *beaten], key=lambda rival: -rival.evidence)
+    # Another form of the one that was chosen may be the likelier, and is no look-alike of it.
+    ranked = _best_of_each([found[0], *beaten])
+    if ranked[0].form.effect is form.effect or train.work.enough:
+        return ranked
+    # It was tried in richer forms where it left something; what beats it was tried in any case.
+    x = np.concatenate([now.x[:1], *(coordinates(now, other) for other in (*others, form))])
+    same = _rival(train, test, form, fit(train, (*others, form), x, now.frame_gain_sigma))
+    return _best_of_each([*ranked, _richer(train, test, same, forms)])
+
+
+def _best_of_each(found: list[Rival]) -> list[Rival]:
+    """The likeliest of each effect, the likeliest first."""
+    best: dict[str, Rival] = {}
+    for rival in sorted(found, key=lambda rival: -rival.evidence):
+        best.setdefault(rival.form.effect.id, rival)
+    return list(best.values())
 
 
 def _rival(train: Simulation, test: Simulation, form: Form, fitted: Fit) -> Rival:

@@ -8,19 +8,19 @@ from mismatch.poisson import LEAST, deviance
 
 # Total deviance that a cause moves: log-uniform between these.
 MOVED = (200.0, 5000.0)
-GAIN_STEPS = 8
+GAIN_STEPS = 12
 
 
 def moved(expected: np.ndarray, nominal: np.ndarray, dark: np.ndarray) -> float:
     """Deviance between expected counts and the nominal ones (F, P, T) at their best gain, which is fitted always.
 
-    dark: counts that come without laser. The likeliest gain is the fixed point of Richardson's iteration (1972) with
-    one unknown.
+    dark: counts that come without laser. The likelihood is concave in the gain, and its maximum at 0 or above.
     """
     signal, ratio = nominal - dark, 1.0
     for _ in range(GAIN_STEPS):
-        mean = np.maximum(ratio * signal + dark, LEAST)
-        ratio *= float((signal * expected / mean).sum() / max(signal.sum(), LEAST))
+        part = signal / np.maximum(ratio * signal + dark, LEAST)
+        slope, curvature = (part * expected).sum() - signal.sum(), (part**2 * expected).sum()
+        ratio = max(ratio + slope / max(curvature, LEAST), 0.0)
     return float(deviance(expected, np.maximum(ratio * signal + dark, LEAST)).sum())
 
 

@@ -10,7 +10,7 @@ from mismatch.form import forms_of
 from mismatch.gained import gained
 from mismatch.located import locate_effects
 from mismatch.naming import contested, estimates, name_effects, standing
-from mismatch.rivals import Rival, probabilities
+from mismatch.rivals import Rival, _best_of_each, probabilities
 from mismatch.selection import coordinates, select, without
 from physics.effects import find_effect
 
@@ -102,6 +102,18 @@ def test_probabilities_are_those_of_bayes(pedestal):
     found = [Rival(pedestal.forms[0], pedestal, evidence) for evidence in (-1000.0, -1002.0, -1010.0)]
     weights = np.exp([0.0, -1.0, -5.0])
     np.testing.assert_allclose(probabilities(found), weights / weights.sum())
+
+
+def test_an_effect_is_no_look_alike_of_itself(pedestal):
+    """Of each effect the likeliest form stands, in the order of likelihood."""
+    one, two = pedestal.forms[0], forms("impulse_tail")[0]
+    found = [
+        Rival(one, pedestal, -9.0),
+        Rival(two, pedestal, -8.0),
+        Rival(one, pedestal, -7.0),
+        Rival(two, pedestal, -10.0),
+    ]
+    assert _best_of_each(found) == [found[2], found[1]]
 
 
 def test_a_stretched_name_that_fits_as_well_is_said_to_be_possible(pedestal):

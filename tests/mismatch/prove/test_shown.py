@@ -12,7 +12,8 @@ NOMINAL = DARK + RNG.gamma(1.0, 20.0, DARK.shape)
 
 
 def test_a_gain_moves_nothing_though_the_background_keeps_its_own():
-    assert moved(DARK + 1.3 * (NOMINAL - DARK), NOMINAL, DARK) == pytest.approx(0, abs=1e-3)
+    for gain in (1.3, 0.02, 0.0):
+        assert moved(DARK + gain * (NOMINAL - DARK), NOMINAL, DARK) == pytest.approx(0, abs=1e-3)
 
 
 def test_it_is_twice_the_log_likelihood_that_the_best_gain_lacks():
