@@ -23,8 +23,8 @@ DRAWS = 4
 class Gained:
     """Of a fit, over one with less in it.
 
-    observed: deviance gained. expected: what it should be were the fuller one the truth. z: how many standard
-    deviations the change it makes stands out of the noise.
+    observed: deviance gained. expected: what it should be were the fuller one right. z: how many standard deviations
+    the change it makes stands out of the noise.
     """
 
     observed: float
@@ -47,7 +47,10 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
         # What has looked at these frames stands out by as much as its evidence is worth: the chance that noise makes
         # a likelihood ratio as large as exp(gain/2) is less than its inverse (Markov).
         z, expected = min(z, float(np.sqrt(max(before - after, 0.0)))), _if_it_were_true(test, less, more)
-    return Gained(before - after, expected, z)
+    # Each parameter has fitted noise of other frames, too: it makes the fuller one look farther away by one, and gain
+    # one less.
+    fitted_noise = 2.0 * (len(more.x) - len(less.x))
+    return Gained(before - after, max(expected - fitted_noise, 0.0), z)
 
 
 def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> float:

@@ -102,26 +102,32 @@ def tables(simulation: Simulation, fitted: Fit) -> list[Table]:
     """Every division's residuals beside a fit of the same frames."""
     projection = Projection(simulation, fitted)
     mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
-    residual = projection.residual / projection.root
-    return [
-        table(division, residual, mean.ravel(), len(fitted.x)) for division in divisions(simulation, fitted.expected)
-    ]
+    residual, made = projection.residual / projection.root, projection.own / projection.root[:, None]
+    return [table(division, residual, mean.ravel(), made) for division in divisions(simulation, fitted.expected)]
 
 
-def table(division: Division, residual: np.ndarray, mean: np.ndarray, fitted: int) -> Table:
-    """One division's; residual, mean: (F·P·T,) counts."""
+def table(division: Division, residual: np.ndarray, mean: np.ndarray, made: np.ndarray) -> Table:
+    """One division's; residual, mean: (F·P·T,) counts. made: (F·P·T, K) counts that a fit can make, orthonormal where
+    whitened.
+
+    What is fitted takes off of the sums' chi-square only what it can make of them: the sums' covariance is 1 - A·Aᵀ
+    with A (G, K) what it makes of them, whitened.
+    """
     group = division.group.ravel()
     excess, variance = np.bincount(group, residual), np.bincount(group, mean)
     enough = variance >= ENOUGH
     each = excess[enough] ** 2 / variance[enough]
-    chi2, degrees = float(each.sum()), max(int(enough.sum()) - fitted, 1)
-    spread = float((2 + 1 / variance[enough]).sum())
+    taken = np.array([np.bincount(group, one)[enough] for one in made.T]).reshape(made.shape[1], int(enough.sum())).T
+    taken = taken / np.sqrt(variance[enough])[:, None]
+    square = taken.T @ taken
+    chi2, degrees = float(each.sum()), max(float(enough.sum() - np.trace(square)), 1.0)
+    spread = 2 * max(enough.sum() - 2 * np.trace(square) + (square**2).sum(), 1.0) + (1 / variance[enough]).sum()
     # A gamma distribution of the same mean and variance: chi-square where many counts are expected.
     if not enough.any():
         return Table(division, excess, np.sqrt(variance), 0.0, 1.0, 1.0)
     widespread = float(gamma.sf(chi2, degrees**2 / spread, scale=spread / degrees))
     p = min(1.0, 2 * min(widespread, _worst(excess[enough], variance[enough])))
-    return Table(division, excess, np.sqrt(variance), chi2, float(degrees), p)
+    return Table(division, excess, np.sqrt(variance), chi2, degrees, p)
 
 
 def _worst(excess: np.ndarray, mean: np.ndarray) -> float:

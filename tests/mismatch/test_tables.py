@@ -88,5 +88,24 @@ def test_p_values_are_uniform_or_larger_where_nothing_is_wrong(drawn):
 def test_a_group_that_counted_nothing_is_as_likely_as_poissons_law_has_it():
     division = Division(("bin",), np.zeros((1, 1, 4), int))
     # What a projection leaves of four empty cells, less than nothing by its rounding.
-    found = table(division, np.full(4, -2.0 - 1e-7), np.full(4, 2.0), 0)
+    found = table(division, np.full(4, -2.0 - 1e-7), np.full(4, 2.0), np.zeros((4, 0)))
     assert found.p_value == pytest.approx(min(1.0, 2 * 2 * np.exp(-8)), rel=0.05)
+
+
+def test_what_a_fit_of_many_parameters_takes_up_is_told_from_what_it_could_not():
+    """Forty directions, of which sums over twenty groups hold a part: oracle are draws of normal noise."""
+    rng = np.random.default_rng(6)
+    mean = rng.uniform(20, 60, 2000)
+    group = rng.integers(0, 20, 2000)
+    smooth = np.eye(20)[group][:, :10] + rng.normal(0, 0.2, (2000, 10))
+    own, _ = np.linalg.qr(np.hstack([smooth, rng.normal(size=(2000, 30))]))
+    division = Division(("bin",), group.reshape(1, 1, -1))
+    found = []
+    for _ in range(400):
+        white = rng.normal(size=2000)
+        residual = (white - own @ (own.T @ white)) * np.sqrt(mean)
+        found.append(table(division, residual, mean, own * np.sqrt(mean)[:, None]))
+    chi2 = np.array([one.chi2 for one in found])
+    assert found[0].expected == pytest.approx(chi2.mean(), abs=4 * chi2.std() / 20)
+    assert found[0].expected < 19
+    assert np.quantile([one.p_value for one in found], 0.01) > 0.002
