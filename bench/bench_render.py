@@ -126,7 +126,7 @@ def test_what_binds_the_kernel():
     seen, where, when = scene(1, LARGE), footprints(zones(3, 3), LARGE), clock(9)
     light = direct_light(*seen)
     _ = where.seen
-    from physics import arrivals as kernel
+    from physics.knots import splat_knots
 
     pixels, weights = where.seen[0]
     lattice = when.lattice
@@ -134,7 +134,7 @@ def test_what_binds_the_kernel():
     direct = light.returns[0]
     offset = (when.time_zero_s - lattice.first_s)[None] / lattice.step_s
     arguments = (direct.range_m.reshape(1, -1), direct.strength.reshape(1, -1), pixels, weights, offset)
-    took = best(lambda: kernel._splat(*arguments, 2 / speed_of_light / lattice.step_s, out))
+    took = best(lambda: splat_knots(*arguments, 2 / speed_of_light / lattice.step_s, out))
     read = direct.range_m[0].nbytes + direct.strength[0].nbytes + pixels.nbytes + weights.nbytes
     a, b, c = np.ones((3, 10_000_000))
     bandwidth = 3 * a.nbytes / best(lambda: triad(a, b, c))

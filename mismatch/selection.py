@@ -21,6 +21,8 @@ MOST_EFFECTS = 3
 FITTED = 6
 # Where none of them stands out the next are fitted, until so many forms were.
 MOST_FITTED = 12
+# Ways in which one effect is fitted.
+MOST_WAYS = 4
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
 # Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it.
@@ -102,7 +104,9 @@ def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:
 def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
     """For each of the effects that promise most, two of its forms that promise most; and of its forms that look, too.
 
-    And one of the same value in all zones, where these have a value for each: it promises less, and costs less.
+    And one of the same value in all zones, where these have a value for each: it promises less, and costs less. And
+    one in each other way of being there, of other strengths: what they promise where they begin tells little of where
+    they end.
 
     most: deviance that there is to be gained, which scores far from where they are true surpass. Forms that look do
     not: what they promise they have gained.
@@ -119,7 +123,9 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
                 continue
             effects.append(name)
         alike = [c.form for c in chosen if c.form.effect.id == name and looks(c.form) == looks(s.form)]
-        if len(alike) < 2 or (len(alike) == 2 and not s.form.own and all(form.own for form in alike)):
+        plain = len(alike) == 2 and not s.form.own and all(form.own for form in alike)
+        another = len(alike) < MOST_WAYS and all(form.strengths != s.form.strengths for form in alike)
+        if len(alike) < 2 or plain or another:
             chosen.append(s)
     return chosen
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from scipy.constants import speed_of_light
 
 from physics.clock import Clock, Lattice
 from physics.footprint import Footprints
+from physics.knots import bin_knots, delay_knots, splat_knots, stretch_knots
 from physics.light import Light
 from physics.pages import zeros
 from physics.workers import in_slices
@@ -33,7 +33,7 @@ class Arrivals:
         frames, zones, _ = self.light.shape
         shares, first = _shares(self.lattice), 1 - self.lattice.lead
         out = np.empty((frames, zones, self.bins))
-        in_slices(lambda some: _bin(self.light[some], shares, self.lattice.per_bin, first, out[some]), frames)
+        in_slices(lambda some: bin_knots(self.light[some], shares, self.lattice.per_bin, first, out[some]), frames)
         return out
 
     def added(self, light: np.ndarray, arrival_s: np.ndarray) -> "Arrivals":
@@ -57,6 +57,18 @@ class Arrivals:
         """
         steps = np.broadcast_to(np.asarray(delay_s, float) / self.lattice.step_s, self.light.shape[:2])
         return replace(self, light=delayed(self.light, steps))
+
+    def stretched(self, factor: np.ndarray, about_s: np.ndarray) -> "Arrivals":
+        """All arrivals `factor` times as far from `about_s`; (F, P) each, or anything that broadcasts.
+
+        Light between two knots is given to both in proportion, as by `delayed`.
+        """
+        shape = self.light.shape[:2]
+        about = np.broadcast_to((np.asarray(about_s, float) - self.lattice.first_s) / self.lattice.step_s, shape)
+        times = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, float), shape))
+        light, moved = np.ascontiguousarray(self.light), np.zeros(self.light.shape)
+        in_slices(lambda some: stretch_knots(light[some], times[some], about[some], moved[some]), len(light))
+        return replace(self, light=moved)
 
 
 def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
@@ -93,7 +105,7 @@ def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
             where, weights = (of[blocks[block]] for of in seen[frame % len(seen)])
             for ranges, strength in ways:
                 out = sums[block, frames]
-                _splat(ranges[frames], strength[frames], where, weights, offset[frames], per_metre, out)
+                splat_knots(ranges[frames], strength[frames], where, weights, offset[frames], per_metre, out)
             at += frames.stop - frame
 
     in_slices(add, len(blocks) * light.frames)
@@ -103,7 +115,7 @@ def arrivals(light: Light, footprints: Footprints, clock: Clock) -> Arrivals:
 def delayed(light: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """(F, P, J) light by knot, that of each zone later by its number of `steps` (F, P), of which parts are shared."""
     light, steps, moved = np.ascontiguousarray(light), np.array(steps, float), np.empty(light.shape)
-    in_slices(lambda some: _delay(light[some], steps[some], moved[some]), len(light))
+    in_slices(lambda some: delay_knots(light[some], steps[some], moved[some]), len(light))
     return moved
 
 
@@ -112,73 +124,3 @@ def _shares(lattice: Lattice) -> np.ndarray:
     n, steps = lattice.per_bin, len(lattice.cumulative) - 1
     since = np.arange(steps - 1, -n, -1)  # Steps of the pulse that have passed when the bin begins.
     return lattice.cumulative[np.clip(since + n, 0, steps)] - lattice.cumulative[np.clip(since, 0, steps)]
-
-
-@njit(nogil=True, cache=True)
-def _splat(ranges, strength, pixels, weights, offset, per_metre, out):
-    """Add light of F frames' N pixels, with weights (N, P), to (F, P, J) knots."""
-    zones, last = out.shape[1], out.shape[2] - 1
-    for f in range(out.shape[0]):
-        first_zone, last_zone = offset[f].min(), offset[f].max()
-        for i in range(pixels.size):
-            light = float(strength[f, pixels[i]])
-            if not light > 0:
-                continue
-            travel = ranges[f, pixels[i]] * per_metre
-            if travel + first_zone >= 0 and travel + last_zone < last:
-                for p in range(zones):  # No zone has to be asked.
-                    _share(travel + offset[f, p], light * weights[i, p], out[f, p])
-                continue
-            for p in range(zones):
-                at = travel + offset[f, p]
-                if 0 <= at < last:
-                    _share(at, light * weights[i, p], out[f, p])
-
-
-@njit(nogil=True, cache=True, inline="always")
-def _share(at, given, row):
-    """Give light to the two knots of a row about `at`."""
-    whole = np.int64(at)
-    knot = np.uint64(whole)  # An index without sign: no test whether it counts from the end.
-    later = given * (at - whole)
-    row[knot] += given - later
-    row[knot + np.uint64(1)] += later
-
-
-@njit(nogil=True, cache=True)
-def _delay(light, steps, out):
-    """Fill (F, P, J) knots with those of `light`, each row later by its own number of steps, earlier where negative."""
-    frames, zones, size = light.shape
-    for f in range(frames):
-        for p in range(zones):
-            # Beyond the lattice either way all is gone.
-            by = min(max(steps[f, p], -size - 1.0), size + 1.0)
-            whole = np.int64(np.floor(by))
-            later = by - whole
-            out[f, p] = 0.0
-            for j in range(max(whole, 0), min(whole, 0) + size):
-                out[f, p, j] += (1 - later) * light[f, p, j - whole]
-            for j in range(max(whole + 1, 0), min(whole + 1, 0) + size):
-                out[f, p, j] += later * light[f, p, j - whole - 1]
-
-
-@njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
-def _bin(light, shares, per_bin, first, out):
-    """Fill (F, P, T) bins from (F, P, J) knots; `shares` of bin 0 are those of knots `first` and later."""
-    frames, zones, knots = light.shape
-    for f in range(frames):
-        for p in range(zones):
-            row = light[f, p]
-            begin, end = 0, knots
-            while begin < end and row[begin] == 0:
-                begin += 1
-            while begin < end and row[end - 1] == 0:
-                end -= 1
-            for t in range(out.shape[2]):
-                at = first + t * per_bin
-                low, high = max(begin, at), min(end, at + shares.size)
-                total = 0.0
-                for j in range(high - low):
-                    # Indices without sign, as above: the compiler takes several at once.
-                    total += row[np.uint64(low + j)] * shares[np.uint64(low - at + j)]
-                out[f, p, t] = total

@@ -53,19 +53,19 @@ def replicas(
     mean = ((light * ranges).sum(axis=-1) / np.maximum(light.sum(axis=-1), 1e-12))[..., None]
     mean = np.maximum(mean, NEAREST_M)
     dimmer = (mean / np.maximum(mean + shifts * metres, NEAREST_M)) ** falloff
-    promised = (dimmer * _correlation(light, excess * noise)).sum(axis=0)
-    information = (dimmer**2 * _correlation(light**2, noise)).sum(axis=0)
-    by_gain = (dimmer * _correlation(light, light * noise)).sum(axis=(0, 1))
+    promised = (dimmer * correlation(light, excess * noise)).sum(axis=0)
+    information = (dimmer**2 * correlation(light**2, noise)).sum(axis=0)
+    by_gain = (dimmer * correlation(light, light * noise)).sum(axis=(0, 1))
     total = information.sum(axis=0)
     free = total - by_gain**2 / max(whole, 1e-12)
     # Where the gain can make nearly all of it, or all of the light once more would not show, there is none to be found.
     told = (free > TOLD * total) & (total > SHOWN)
     alike = np.where(told, np.maximum(promised.sum(axis=0), 0) ** 2 / np.where(told, free, 1), 0)
     each = np.where(told, (np.maximum(promised, 0) ** 2 / np.maximum(information, 1e-12)).sum(axis=0), 0)
-    peaks = [one for evidence in (alike, each) for one in _peaks(evidence)[:most]]
+    tops = [one for evidence in (alike, each) for one in peaks(evidence)[:most]]
     best: dict[int, tuple[float, float]] = {}
-    for at, evidence in sorted(peaks, key=lambda one: -one[1]):
-        if evidence > PROMISING * max(one[1] for one in peaks):
+    for at, evidence in sorted(tops, key=lambda one: -one[1]):
+        if evidence > PROMISING * max(one[1] for one in tops):
             best.setdefault(round(at), (at, evidence))
     middle = ranges.reshape(-1, bins).mean(axis=0)
     found = []
@@ -90,7 +90,7 @@ def _ranges(rendering: Rendering, bins: int) -> np.ndarray:
     return np.maximum(ranges, NEAREST_M)
 
 
-def _correlation(first: np.ndarray, later: np.ndarray) -> np.ndarray:
+def correlation(first: np.ndarray, later: np.ndarray) -> np.ndarray:
     """(F, P, 2T - 1) sums over bins of first[t]·later[t + k], for k from 1 - T to T - 1."""
     bins = first.shape[-1]
     size = next_fast_len(2 * bins, real=True)
@@ -98,7 +98,7 @@ def _correlation(first: np.ndarray, later: np.ndarray) -> np.ndarray:
     return np.roll(irfft(product, size), bins - 1, axis=-1)[..., : 2 * bins - 1]
 
 
-def _peaks(evidence: np.ndarray) -> list[tuple[float, float]]:
+def peaks(evidence: np.ndarray) -> list[tuple[float, float]]:
     """Where it is higher than on either side, between entries as a parabola has it, and how high; the highest first."""
     padded = np.concatenate([[0], evidence, [0]])
     before, after = padded[:-2], padded[2:]

@@ -1,13 +1,15 @@
 """`afterpulsing`: an avalanche traps carriers, which release a later one."""
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg import toeplitz
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
 # Traps hold carriers for nanoseconds and more; what comes sooner, without a hold-off, is rather the pulse's own tail.
 SOONEST_S = 1.5e-9
+# Less heavy tails are exponential to the last digit that matters.
+EXPONENTIAL = 1e-6
 
 
 class Afterpulsing(Effect):
@@ -15,7 +17,10 @@ class Afterpulsing(Effect):
 
     Delays run from the end of the event's bin and a hold-off of `dead` after it, until when the detector is taken to
     count nothing: with dead 0, j bins later come (1 - q)·q^(j-1) of the afterpulses, q = exp(-bin width / τ); those
-    beyond the last bin are lost. Afterpulses of afterpulses are left out: they go with the probability squared.
+    beyond the last bin are lost. Traps of many depths release by a power law (Ziarkash et al. 2018, Scientific Reports
+    8, 5076): with `heavy` h above 0 a carrier is still held after t with a chance of (1 + h·t/τ)^(-1/h), which is the
+    generalised Pareto distribution (Pickands 1975, Annals of Statistics 3, 119), and the exponential at 0. Afterpulses
+    of afterpulses are left out: they go with the probability squared.
     Background that was measured in the dark of the laser has its afterpulses in it already: with `ambient` 0 they are
     not added again.
     """
@@ -35,6 +40,7 @@ class Afterpulsing(Effect):
         ("probability", "tau"),
         ("probability", "tau", "dead"),
         ("probability", "tau", "dead", "ambient"),
+        ("probability", "tau", "dead", "heavy"),
         ("probability", "tau", "dead", "slower", "times"),
         ("probability", "tau", "dead", "slower", "times", "ambient"),
     )
@@ -70,6 +76,7 @@ class Afterpulsing(Effect):
         Parameter(
             "slower", "1", 0.0, 1.0, 0.01, "Afterpulses for each event of a second kind of trap.", vanishes_at=0.0
         ),
+        Parameter("heavy", "1", 0.0, 10.0, 0.0, "Falls with the power 1 + 1/heavy of time; 0 exponentially."),
         Parameter(
             "times", "1", 1.0, 1000.0, 10.0, "How many times as long those take, after the hold-off.", tries=(4.0, 20.0)
         ),
@@ -86,19 +93,18 @@ class Afterpulsing(Effect):
             events = np.maximum(events - (1 - values["ambient"]) * rendering.background, 0)
         for probability, times in (("probability", 1.0), ("slower", values["times"])):
             if values[probability]:
-                echo = _echo(events, rendering.clock.bin_width_s, times * values["tau"], values["dead"])
-                found = found + values[probability] * echo
+                tau, width = times * values["tau"], rendering.clock.bin_width_s
+                found = found + values[probability] * _echo(events, width, tau, values["dead"], values["heavy"])
         return found
 
 
-def _echo(counts: np.ndarray, width: float, tau: float, dead: float) -> np.ndarray:
+def _echo(counts: np.ndarray, width: float, tau: float, dead: float, heavy: float) -> np.ndarray:
     """(..., T) afterpulses of counts (..., T) with one for each event, lost ones left out."""
-    kept = np.exp(-width / tau)
-    whole, part = divmod(dead / width, 1)
-    # Of the first bin after the hold-off only the rest is left: `waits` of the afterpulses come in later ones.
-    waits = np.exp(-(1 - part) * width / tau)
-    response = [*np.zeros(min(int(whole), counts.shape[-1])), 0.0, 1 - waits, waits - kept]
-    return lfilter(response, [1.0, -kept], counts, axis=-1)
+    bins = counts.shape[-1]
+    waited = np.maximum(np.arange(bins + 1) * width - width - dead, 0) / tau
+    held = np.exp(-waited) if heavy < EXPONENTIAL else (1 + heavy * waited) ** (-1 / heavy)
+    released = -np.diff(held)  # So many bins later.
+    return counts @ np.triu(toeplitz(released))
 
 
 effect = Afterpulsing()

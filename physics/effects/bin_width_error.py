@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from physics.arrivals import Arrivals
 from physics.clock import MOST_STEPS_PER_BIN, Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.pulse import ImpulseResponse
@@ -16,6 +17,9 @@ TOLERANCE = 5e-4
 
 class BinWidthError(Effect):
     """Bins are bin_width · (1 + error) wide: what truly takes t is registered after t / (bin_width · (1 + error)) bins.
+
+    A clock that warms up settles: after s seconds of the session bins are bin_width · (1 + error + warmup ·
+    (1 - exp(-s/τ))) wide. Of what warming up changes the width of the pulse is left out, second to its place.
 
     Where time zero was measured in bins, by the same clock, a target at range 0 stays in its bin, and all others come
     nearer by the factor 1 / (1 + error); where it is known in seconds, that target comes nearer, too. The laser's pulse
@@ -35,7 +39,13 @@ class BinWidthError(Effect):
         ),
         LookAlike("impulse_width", "Step the target in range: a wider pulse stays where it is."),
     )
-    forms = (("error",), ("error", "zero_in_seconds"))
+    forms = (
+        ("error",),
+        ("error", "zero_in_seconds"),
+        ("warmup", "tau"),
+        ("error", "warmup", "tau"),
+        ("warmup", "tau", "zero_in_seconds"),
+    )
     parameters = (
         # Makers state 3 % for such sensors before correction.
         Parameter(
@@ -47,6 +57,8 @@ class BinWidthError(Effect):
             vanishes_at=0.0,
             sentence="By what part bins are wider than assumed, narrower where negative.",
         ),
+        Parameter("warmup", "1", -0.05, 0.05, 0.01, "Part by which they become wider as it warms up.", vanishes_at=0.0),
+        Parameter("tau", "s", 1e-2, 1e4, 1.0, "Time constant of the warming up.", tries=(0.3, 1.0, 3.0, 30.0)),
         Parameter(
             "zero_in_seconds",
             unit="1",
@@ -69,6 +81,15 @@ class BinWidthError(Effect):
             time_zero_s=np.asarray(clock.time_zero_s) * (1 + values["error"] * (1 - values["zero_in_seconds"])),
             pulse=_in_steps_of(clock.pulse, scale, clock.bin_width_s),
         )
+
+    def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
+        """Light that arrives sooner in bins that have become wider: what the clock above does not say."""
+        if not values["warmup"]:
+            return rendering.arrivals
+        scale, ticks = 1 + values["error"], 1 - values["zero_in_seconds"]
+        now = scale - values["warmup"] * np.expm1(-rendering.light.time_s / values["tau"])
+        about_s = np.asarray(rendering.clock.time_zero_s) * ticks * scale / (1 + values["error"] * ticks)
+        return rendering.arrivals.stretched((scale / now)[:, None], about_s)
 
 
 def _in_steps_of(pulse: ImpulseResponse, scale: float, bin_width_s: float) -> ImpulseResponse:

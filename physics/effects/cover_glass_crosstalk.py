@@ -10,10 +10,16 @@ from recordings.refusal import Refusal
 # A normal density by nine points, of mean 0 and variance 1 (Gauss and Hermite).
 NODES, _weights = np.polynomial.hermite_e.hermegauss(9)
 WEIGHTS = _weights / _weights.sum()
+# Delays that a fit may begin with are looked through in steps of this part of a bin.
+PER_BIN = 4
+NOTHING = 1e-9
 
 
 class CoverGlassCrosstalk(Effect):
-    """Light reflected inside the package and by the cover glass: a pulse next to time zero, in every frame alike."""
+    """Light reflected inside the package and by the cover glass: a pulse next to time zero, whatever is in view.
+
+    After t seconds there is 1 + growth·t times as much as at the start, never less than none.
+    """
 
     id = "cover_glass_crosstalk"
     acts_on = "optics"
@@ -28,6 +34,8 @@ class CoverGlassCrosstalk(Effect):
     forms = (
         ("share", "delay"),
         ("counts", "delay"),
+        ("share", "delay", "growth"),
+        ("counts", "delay", "growth"),
         ("share", "delay", "longer", "together"),
         ("counts", "delay", "longer", "together"),
     )
@@ -70,6 +78,9 @@ class CoverGlassCrosstalk(Effect):
             "1 where it arrives at one time by the clock, whatever each zone's time zero.",
         ),
         Parameter("longer", "s", 0.0, 5e-10, 0.0, "Standard deviation of the time that its ways take.", tries=(1e-10,)),
+        Parameter(
+            "growth", "1/s", -1.0, 20.0, 0.0, "Part by which it is more after a second, as the glass gets dirty."
+        ),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
@@ -82,11 +93,24 @@ class CoverGlassCrosstalk(Effect):
         if not rendering.gain > 0:
             raise Refusal(f"effect cover_glass_crosstalk: gain is {rendering.gain:g}, expected above 0")
         counts = np.atleast_1d(values["counts"]) + (0.0 if cycles is None else share * cycles[:, None])
+        counts = counts * np.maximum(1 + values["growth"] * rendering.light.time_s, 0)[:, None]
         found, zero = rendering.arrivals, np.asarray(rendering.clock.time_zero_s)
         at = zero + values["together"] * (zero.mean(axis=-1, keepdims=True) - zero) + values["delay"]
         for node, weight in zip(NODES, WEIGHTS, strict=True) if values["longer"] else ((0.0, 1.0),):
             found = found.added(weight * counts / rendering.gain, at + node * values["longer"])
         return found
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The delay at which most is in excess, in each zone what it is: a filter matched to the pulse (Turin 1960)."""
+        delay, clock = self.parameter("delay"), rendering.clock
+        summed, noise = excess.sum(axis=0), np.maximum(expected.sum(axis=0), 1)
+        zero = np.atleast_2d(clock.time_zero_s).mean(axis=0)
+        best = 0.0, delay.start
+        for at in np.arange(delay.low, delay.high, clock.bin_width_s / PER_BIN):
+            pulse = clock.pulse.in_bins(zero + at, clock.bins, clock.bin_width_s)
+            found, information = ((pulse * of / noise).sum(axis=-1) for of in (summed, pulse))
+            best = max(best, (float((np.maximum(found, 0) ** 2 / np.maximum(information, NOTHING)).sum()), float(at)))
+        return [{"delay": best[1]}]
 
 
 effect = CoverGlassCrosstalk()

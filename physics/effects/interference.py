@@ -94,14 +94,7 @@ class Interference(Effect):
             axis="zone",
             sentence="Counts of a pulse that is somewhere else in each frame.",
         ),
-        Parameter(
-            "present",
-            unit="1",
-            low=0.01,
-            high=1.0,
-            start=0.8,
-            sentence="Share of the frames that hold a pulse that roams.",
-        ),
+        Parameter("present", "1", 0.01, 1.0, 0.8, "Share of the frames that hold a pulse that roams."),
         Parameter(
             "longer",
             unit="s",
@@ -163,6 +156,12 @@ class Interference(Effect):
         wandered = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
         stays = abs(values["drift"]) < AGREED or wandered < rendering.clock.bin_width_s
         return (bool(np.any(values["counts"])) and stays) or values["longer"] > LONGEST_S
+
+    def contradiction(self, values: Values) -> str | None:
+        """What does not wander is no clock's but the sensor's."""
+        if np.any(values["counts"]) and abs(values["drift"]) < AGREED:
+            return "the pulse of another emitter would wander from frame to frame, and this does not"
+        return None
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""

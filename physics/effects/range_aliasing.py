@@ -4,7 +4,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.folded import one_period_early, periods, seen_beyond, seen_through
+from physics.folded import one_period_early, periods, seen_beyond, seen_through, walls, where_unknown
 from physics.light import Return
 from physics.pulse import ImpulseResponse, longer
 from physics.rendering import Rendering
@@ -43,9 +43,9 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", "speed", "spread"),
         ("folded", "period"),
         ("folded", "period", "smear"),
-        ("through", "depth"),
-        ("through", "depth", "speed"),
         ("through", "depth", "smear"),
+        ("through", "depth", "smear", "tilt_x", "tilt_y"),
+        ("through", "depth", "smear", "speed", "tilt_x", "tilt_y"),
     )
     parameters = (
         Parameter(
@@ -68,14 +68,7 @@ class RangeAliasing(Effect):
             axis="zone",
             sentence="Its range at the start of the session less whole periods of the laser: 8.44 m each at 17.77 MHz.",
         ),
-        Parameter(
-            "speed",
-            unit="m/s",
-            low=-5.0,
-            high=5.0,
-            start=0.0,
-            sentence="By how much its range grows in a second.",
-        ),
+        Parameter("speed", "m/s", -5.0, 5.0, 0.0, "By how much its range grows in a second."),
         Parameter(
             "jitter",
             unit="s",
@@ -102,11 +95,15 @@ class RangeAliasing(Effect):
             start=0.0,
             sentence="Metres by which it comes nearer for each that the camera moves ahead: 1 if it stands still.",
         ),
-        Parameter("folded", "1", 0.0, 10.0, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
-        Parameter("through", "1", 0.0, 10.0, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
+        Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
+        Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
         Parameter("depth", "m", 1.0, 60.0, 10.0, "How far ahead that wall is at the start of the session."),
+        Parameter("at_x", "1", -3.0, 3.0, 0.0, "Tangent x/z where it is so far ahead."),
+        Parameter("at_y", "1", -3.0, 3.0, 0.0, "Tangent y/z where it is so far ahead."),
+        Parameter("tilt_x", "1", -2.0, 2.0, 0.0, "Part of its depth by which it is nearer for each unit of x/z."),
+        Parameter("tilt_y", "1", -2.0, 2.0, 0.0, "The same for y/z."),
         Parameter("period", "s", 1e-9, 1e-6, 5.627e-8, "Period of the laser; of a TMF8828 56.27 ns, 17.77 MHz."),
-        Parameter("smear", "s", 0.0, 5e-9, 0.0, "Standard deviation of that period.", tries=(5e-10,)),
+        Parameter("smear", "s", 0.0, 5e-9, 0.0, "Standard deviation of that period.", tries=(5e-10, 2e-9)),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -123,7 +120,9 @@ class RangeAliasing(Effect):
 
     def _wall(self, values: Values, rendering: Rendering) -> list[Return]:
         """What a wall across the view sends back where depth is unknown."""
-        return seen_through(rendering.light, values["depth"] + self._way(values, rendering))
+        depth_m = values["depth"] + self._way(values, rendering)
+        tilt, at = ((values[f"{name}_x"], values[f"{name}_y"]) for name in ("tilt", "at"))
+        return seen_through(rendering.light, depth_m, tilt, at)
 
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
@@ -146,13 +145,14 @@ class RangeAliasing(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Straight lines through frames and bins along which most is in excess, no faster than targets are.
 
-        Lines of a target that goes along with the camera, and of one that stands still where the camera moves; and the
-        periods at which surfaces that are seen beyond them come early.
+        Lines of a target that goes along with the camera, and of one that stands still where the camera moves; such
+        walls where depth is unknown; and the periods at which surfaces that are seen beyond them come early.
         """
+        at = dict(zip(("at_x", "at_y"), where_unknown(rendering.light), strict=True))
         beyond = [{"folded": 1.0, "period": period} for period in periods(excess, expected, rendering)]
-        a_period_m = speed_of_light / 2 * self.parameter("period").start
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
-        way_s, clock = -2 * _way_m(rendering) / speed_of_light, rendering.clock
+        way_m, clock = _way_m(rendering), rendering.clock
+        way_s = -2 * way_m / speed_of_light
         for still in (0.0, 1.0) if np.ptp(way_s) > clock.bin_width_s / 2 else (0.0,):
             tracks = straight_tracks(excess, expected, rendering, 2 * fastest / speed_of_light, way_s=still * way_s)
             for track in tracks:
@@ -161,8 +161,12 @@ class RangeAliasing(Effect):
                 if apparent >= self.parameter("apparent_range").low:
                     where = {"counts": self.parameter("counts").start, "apparent_range": apparent} | moves
                     found += [where | {name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
-                    through = self.parameter("through").start
-                    beyond.append({"through": through, "depth": apparent + a_period_m} | moves)
+            for smear in self.parameter("smear").tries:
+                wall = walls(excess, expected, rendering, -still * way_m, self.parameter("period").start, smear)
+                if wall is not None:
+                    depth = float(np.clip(wall[0], self.parameter("depth").low, self.parameter("depth").high))
+                    through = {"through": self.parameter("through").start, "depth": depth}
+                    beyond.append(through | at | {"smear": smear, "still": still})
         return found + beyond
 
 

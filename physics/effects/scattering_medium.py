@@ -22,7 +22,7 @@ class ScatteringMedium(Effect):
     Scattering once, to all directions alike, a layer dr returns what a matt surface of ρ·cosθ = ω·α·dr/4 would; near
     the sensor emitter and receiver overlap in part, so that 1/r² becomes 1/(r² + overlap²), and 0 before `blind`. Each
     zone's medium reaches as far as its surfaces; pixels whose range is unknown have none. Zones may look into denser or
-    thinner air.
+    thinner air. After t seconds the extinction is 1 + growth·t times that at the start, never less than none.
     """
 
     id = "scattering_medium"
@@ -35,7 +35,12 @@ class ScatteringMedium(Effect):
         LookAlike("range_falloff", "Clear the air: falloff stays, extinction goes."),
         LookAlike("range_aliasing", "Clear the air: an aliased pulse stays, the light of a layer goes."),
     )
-    forms = (("extinction", "albedo", "overlap", "blind"), ("extinction", "albedo", "begin", "thickness"))
+    forms = (
+        ("extinction", "albedo", "overlap", "blind"),
+        ("extinction", "albedo", "begin", "thickness"),
+        ("extinction", "albedo", "overlap", "blind", "growth"),
+        ("extinction", "albedo", "begin", "thickness", "growth"),
+    )
     parameters = (
         Parameter(
             "extinction",
@@ -88,12 +93,14 @@ class ScatteringMedium(Effect):
             start=100.0,
             sentence="How far it reaches from there.",
         ),
+        Parameter("growth", "1/s", -1.0, 20.0, 0.0, "Part by which it is denser after a second, or thinner."),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Extinction of what is there, and the backscatter of each zone's open air."""
         surfaces, ranges = rendering.arrivals, _ranges(rendering)
-        alpha = np.atleast_1d(values["extinction"])[:, None]
+        grown = np.maximum(1 + values["growth"] * rendering.light.time_s, 0)
+        alpha = np.atleast_1d(values["extinction"])[:, None] * grown[:, None, None]
         passed = np.exp(-2 * alpha * np.clip(ranges - values["begin"], 0, values["thickness"]))
         layers = values["albedo"] * alpha / 4 * _layers(values, rendering, ranges)
         return replace(surfaces, light=passed * (surfaces.light + layers * _open_air(rendering, ranges)))

@@ -8,8 +8,10 @@ from scipy.special import expit
 
 from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.light import Light, Return
 from physics.rendering import Rendering
 from physics.replicas import replicas
+from physics.surface_replicas import surface_replicas
 
 # A sheet in front nearer to the sensor than this, or than half the range of what is behind it, fades as it comes
 # nearer: it would soon be all that is seen. Range, metres.
@@ -34,7 +36,8 @@ class SecondSurface(Effect):
 
     with falloff 2 where the second surface is lit as the first is, and 0 where its pulse goes with the first's at all
     ranges alike. Each zone may have a part of its own, where glass covers part of the view. A sheet at or behind the
-    sensor is dark.
+    sensor is dark. One thing alone may be translucent, or stand behind glass: surfaces are told apart and followed
+    through the frames by their geometry, the largest first (`segments`).
     """
 
     id = "second_surface"
@@ -52,6 +55,7 @@ class SecondSurface(Effect):
         ("passed", "spacing"),
         ("passed", "spacing", "reflectance"),
         ("covered", "spacing", "reflectance", "nearest", "farthest"),
+        ("one", "spacing", "reflectance"),
     )
     parameters = (
         Parameter(
@@ -66,13 +70,15 @@ class SecondSurface(Effect):
         ),
         Parameter(
             "covered",
-            unit="1",
-            low=0.0,
-            high=1.0,
-            start=0.1,
+            "1",
+            0.0,
+            1.0,
+            0.1,
+            "The same, of surfaces between `nearest` and `farthest` only.",
             vanishes_at=0.0,
-            sentence="The same, of surfaces between `nearest` and `farthest` only.",
         ),
+        Parameter("one", "1", 0.0, 1.0, 0.1, "The same, of surface number `surface` only.", vanishes_at=0.0),
+        Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
         Parameter(
             "spacing",
             unit="m",
@@ -98,27 +104,36 @@ class SecondSurface(Effect):
             start=2.0,
             sentence="Power of the ratio of ranges by which the second surface is dimmer; 2 by the inverse square.",
         ),
-        Parameter(
-            "nearest",
-            unit="m",
-            low=0.05,
-            high=20.0,
-            start=0.05,
-            sentence="Range from which on surfaces are covered.",
-        ),
-        Parameter(
-            "farthest",
-            unit="m",
-            low=0.1,
-            high=100.0,
-            start=100.0,
-            sentence="Range up to which surfaces are covered.",
-        ),
+        Parameter("nearest", "m", 0.05, 20.0, 0.05, "Range from which on surfaces are covered."),
+        Parameter("farthest", "m", 0.1, 100.0, 100.0, "Range up to which surfaces are covered."),
     )
+
+    def reach(self, values: Values) -> tuple[float, float]:
+        """Surfaces are followed, and numbered by their pixels, through all frames."""
+        return (np.inf, np.inf) if values["one"] else (0.0, 0.0)
+
+    def mixes(self, values: Values) -> bool:
+        """Which surface is which a part of the frames knows."""
+        return False
+
+    def light(self, values: Values, rendering: Rendering) -> Light:
+        """Of one thing, in part once more from farther away or nearer."""
+        light, spacing = rendering.light, values["spacing"]
+        if not values["one"]:
+            return light
+        direct, *others = light.returns
+        lost = values["one"] * direct.strength * (light.surfaces == round(values["surface"]))
+        ranges = np.where(lost > 0, direct.range_m, 1)
+        strength = lost * values["reflectance"] * _spread(ranges, spacing, values["falloff"])
+        second = Return(np.maximum(ranges + spacing, 0).astype(np.float32), strength.astype(np.float32))
+        first = replace(direct, strength=(direct.strength - lost).astype(np.float32))
+        return replace(light, returns=(first, *others, second))
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Each zone's light in part once more, later and spread over a larger sphere, or earlier over a smaller one."""
         first, spacing = rendering.arrivals, values["spacing"]
+        if not (np.any(values["passed"]) or values["covered"]):
+            return first
         lattice, zero = first.lattice, np.atleast_2d(rendering.clock.time_zero_s)[..., None]
         knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
         ranges = speed_of_light / 2 * np.maximum(knots_s - zero, lattice.step_s)
@@ -141,16 +156,22 @@ class SecondSurface(Effect):
         return None
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The spacings at which most of an excess is a replica of what is expected."""
-        spacing = self.parameter("spacing")
+        """The spacings at which most of an excess is a replica of what is expected, or of one surface in it."""
+
+        def start(name: str, spacing_m: float, **where: float) -> dict[str, float]:
+            spacing = self.parameter("spacing")
+            apart = float(np.clip(spacing_m, spacing.low, spacing.high))
+            return {name: self.parameter(name).start, "spacing": apart} | where
+
         found = []
         for falloff in FALLOFFS:
-            for one in replicas(excess, expected, rendering, falloff):
-                where = {"spacing": float(np.clip(one.spacing_m, spacing.low, spacing.high)), "falloff": falloff}
-                found.append(where)
-                if one.evidence_there > PARTLY * one.evidence:
-                    ends = {"nearest": max(one.nearest_m, 0.05), "farthest": max(one.farthest_m, 0.1)}
-                    found.append(where | ends)
+            for two in replicas(excess, expected, rendering, falloff):
+                found.append(start("passed", two.spacing_m, falloff=falloff))
+                if two.evidence_there > PARTLY * two.evidence:
+                    ends = {"nearest": max(two.nearest_m, 0.05), "farthest": max(two.farthest_m, 0.1)}
+                    found.append(start("covered", two.spacing_m, falloff=falloff, **ends))
+        alone = surface_replicas(excess, expected, rendering)
+        found += [start("one", there.spacing_m, surface=float(there.surface)) for there in alone]
         return found
 
 

@@ -64,7 +64,8 @@ def scores(*promised):
         effect = SimpleNamespace(id=name, looks=lambda values, looks=looks: looks)
         # By zone, as the name says.
         own = ("passed",) if name == "by zone" else ()
-        form = SimpleNamespace(effect=effect, own=own, setting=lambda x: NOTHING, at_start=lambda: None)
+        alike = {"own": own, "strengths": ("passed",)}
+        form = SimpleNamespace(effect=effect, **alike, setting=lambda x: NOTHING, at_start=lambda: None)
         made.append(SimpleNamespace(form=form, gain=gain))
     return made
 
@@ -91,6 +92,13 @@ def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():
     for one in alike:
         one.form.own = ()
     assert [one.gain for one in most_promising([*found, *alike])] == [9.0, 8.0, 6.0]
+
+
+def test_each_way_of_being_there_is_tried():
+    found = scores(*(("other", False, gain) for gain in (9.0, 8.0, 7.0, 6.0, 5.0, 4.0)))
+    for one, strength in zip(found, ("passed", "passed", "passed", "covered", "covered", "one"), strict=True):
+        one.form.strengths = (strength,)
+    assert [one.gain for one in most_promising(found)] == [9.0, 8.0, 6.0, 4.0]
 
 
 @pytest.mark.parametrize(("name", "part"), [("mirrored_zones", 0.25), ("range_walk", 1.0)])

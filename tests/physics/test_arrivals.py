@@ -109,3 +109,14 @@ def test_each_row_is_delayed_by_its_own_time_and_lost_beyond_the_lattice(small):
         expected = np.interp(knots - steps[f, p], np.arange(-1, size + 1), np.pad(first.light[f, p], 1), 0, 0)
         np.testing.assert_allclose(moved[f, p], expected, atol=1e-12 * first.light.max())
     np.testing.assert_array_equal(first.delayed(0.0).light, first.light)
+
+
+@given(factor=st.floats(0.9, 1.1), about_bins=st.floats(0, 10), at_bins=st.floats(12, 30))
+def test_stretching_moves_light_in_proportion_and_keeps_it(factor, about_bins, at_bins):
+    clock = Clock(1e-9, 40, np.zeros(1), ImpulseResponse(np.array([-0.25e-9, 0, 0.25e-9]), np.array([0.25, 0.5, 0.25])))
+    stretched = arrivals_of_nothing(clock).added(3.0, at_bins * 1e-9).stretched(factor, about_bins * 1e-9)
+    lattice = clock.lattice
+    knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
+    mean = stretched.light[0, 0] @ knots_s / 3
+    assert stretched.light.sum() == pytest.approx(3)
+    assert mean == pytest.approx((about_bins + factor * (at_bins - about_bins)) * 1e-9, abs=1e-15)

@@ -20,6 +20,8 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
         trapped = in_window(photons, world) & ~ambient & (rng.random(len(photons)) < values[probability])
         events = photons.only(trapped)
         alive_s = (np.floor(events.time_s / world.bin_width_s) + 1) * world.bin_width_s
-        released_s = alive_s + values["dead"] + rng.exponential(times * values["tau"], len(events))
+        # A trap of a depth by chance is an exponential at a rate by chance: gamma's mixture is Pareto's law.
+        depth = rng.gamma(1 / values["heavy"], values["heavy"], len(events)) if values["heavy"] else 1.0
+        released_s = alive_s + values["dead"] + rng.exponential(times * values["tau"], len(events)) / depth
         found = found.and_also(replace(events, time_s=released_s, pixel=np.full_like(events.pixel, NO_PIXEL)))
     return found

@@ -12,5 +12,6 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """Photons fly and wait as ever. The clock's ticks are longer, and time zero is a number of them, or in part not."""
     ticks = world.time_zero_s / world.bin_width_s * (1 - values["zero_in_seconds"])
     kept = world.time_zero_s * values["zero_in_seconds"]
-    width = world.bin_width_s * (1 + values["error"])
+    settled = 1 - np.exp(-world.time_s / values["tau"])
+    width = world.bin_width_s * (1 + values["error"] + values["warmup"] * settled)
     return replace(world, bin_width_s=width, time_zero_s=ticks * width + kept)

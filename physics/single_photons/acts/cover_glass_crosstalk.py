@@ -19,7 +19,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
                 "cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame"
             )
         counts = counts + share * world.laser_cycles
+    counts = counts + world.time_s * values["growth"] * counts
     arrival_s = (1 - values["together"]) * world.time_zero_s + values["together"] * world.time_zero_s.mean()
-    inside = pulse_from_elsewhere(world, counts * world.boost, arrival_s + values["delay"], rng)
+    inside = pulse_from_elsewhere(world, np.maximum(counts, 0) * world.boost, arrival_s + values["delay"], rng)
     late_s = values["longer"] * rng.standard_normal(len(inside))
     return photons.and_also(replace(inside, time_s=inside.time_s + late_s))

@@ -27,10 +27,13 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     return photons.and_also(seen).and_also(replace(far, time_s=far.time_s + jitter_s))
 
 
-def _wall(world: World, values: Values, ahead: float) -> World:
+def _wall(world: World, values: Values, nearer: float) -> World:
     """A wall across the view, and nothing else, where depth is unknown."""
-    away = values["depth"] + world.time_s * values["speed"] - values["still"] * ahead
-    wall = replace(world, depth_m=np.where(world.depth_m > 0, np.nan, away))
-    # It faces the camera: its normal is the axis.
-    cosine = wall.depth_m / np.where(wall.range_m > 0, wall.range_m, 1)
+    away = values["depth"] + world.time_s * values["speed"] - values["still"] * nearer
+    # Points of a plane with this normal, whose product with it is the distance along the axis.
+    across = np.array([values["tilt_x"], values["tilt_y"]])
+    normal = np.append(across, 1 - across @ [values["at_x"], values["at_y"]])
+    ahead = replace(world, depth_m=np.ones(world.depth_m.shape)).points @ normal
+    wall = replace(world, depth_m=np.where(world.depth_m > 0, np.nan, away / np.maximum(ahead, 0.05)))
+    cosine = ahead / np.linalg.norm(normal) * wall.depth_m / np.where(wall.range_m > 0, wall.range_m, 1)
     return replace(wall, reflectance=np.full(cosine.shape, values["through"]), cosine=cosine, gloss=1.0, behind=None)

@@ -12,9 +12,15 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Of those from surfaces, the ones that get through; and those that the air before the surfaces scatters."""
-    free_m = rng.exponential(1.0, len(photons)) / np.maximum(by_zone(world, values["extinction"])[photons.zone], 1e-12)
+    free_m = rng.exponential(1.0, len(photons)) / np.maximum(_extinction(world, values)[photons.zone], 1e-12)
     through = (2 * _way_in(values, way_m(photons, world) / 2) < free_m) | (photons.pixel == NO_PIXEL)
     return reduce(Photons.and_also, _scattered(world, values, rng), photons.only(through))
+
+
+def _extinction(world: World, values: Values) -> np.ndarray:
+    """(P,) by now."""
+    at_first = by_zone(world, values["extinction"])
+    return at_first + np.maximum(world.time_s * values["growth"], -1) * at_first
 
 
 def _way_in(values: Values, range_m: np.ndarray) -> np.ndarray:
@@ -29,7 +35,7 @@ def _scattered(world: World, values: Values, rng: np.random.Generator) -> list[P
     which is what a unit of light stands for: hence the quarter.
     """
     overlap, end = values["overlap"], values["begin"] + values["thickness"]
-    extinction = by_zone(world, values["extinction"])
+    extinction = _extinction(world, values)
     ranges = np.nan_to_num(world.range_m)
     shells = []
     inner = max(values["begin"], values["blind"])

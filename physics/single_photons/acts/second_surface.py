@@ -7,6 +7,7 @@ from scipy.constants import speed_of_light
 
 from physics.effect import Values
 from physics.single_photons.draw import by_zone, returned, way_m
+from physics.single_photons.surfaces import surface_numbers
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
 # A sheet fades as it comes nearer than this, or than half the range of what is behind it; metres.
@@ -23,7 +24,9 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     """
     spacing, ratio = values["spacing"], values["reflectance"]
     ranges = way_m(photons, world) / 2
-    lost = (rng.random(len(photons)) < _lost(values, world, photons.zone, ranges)) & (photons.pixel != NO_PIXEL)
+    lost = (rng.random(len(photons)) < _lost(values, world, photons.zone, ranges, photons.pixel)) & (
+        photons.pixel != NO_PIXEL
+    )
     first = photons.only(~lost)
     if spacing < 0:
         return first.and_also(_straight(ratio, world, values, rng))
@@ -40,12 +43,14 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     return both.and_also(_straight(ratio - 1, world, values, rng)) if ratio > 1 else both
 
 
-def _lost(values: Values, world: World, zone: np.ndarray, range_m: np.ndarray) -> np.ndarray:
-    """Chance that the first surface at this range does not send back a photon of this zone."""
+def _lost(values: Values, world: World, zone: np.ndarray, range_m: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    """Chance that the first surface, at this range and pixel, does not send back a photon of this zone."""
     with np.errstate(divide="ignore", over="ignore"):
         far_enough = 1 / (1 + (values["nearest"] / range_m) ** SHARPNESS)
         near_enough = 1 / (1 + (range_m / values["farthest"]) ** SHARPNESS)
     part = by_zone(world, values["passed"])[zone] + values["covered"] * far_enough * near_enough
+    if values["one"]:
+        part = part + values["one"] * (surface_numbers(world).ravel()[pixel] == round(values["surface"]))
     return np.minimum(part, 1)
 
 
@@ -61,7 +66,9 @@ def _straight(ratio: float, world: World, values: Values, rng: np.random.Generat
     # Light goes by 1/r² of the range at which it is drawn.
     brightness = ratio * fades * (far / floor) ** values["falloff"] * (there / far) ** 2
     zones = np.arange(world.zones)[:, None, None]
-    weights = world.weights * np.nan_to_num(_lost(values, world, zones, far[None]))
+    weights = world.weights * np.nan_to_num(
+        _lost(values, world, zones, far[None], np.arange(far.size).reshape(far.shape))
+    )
     seen = there > 0
     depth = world.depth_m * np.where(seen, there, np.nan) / far
     gloss = world.gloss * np.where(seen, brightness, 0)

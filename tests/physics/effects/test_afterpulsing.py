@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import expon
+from scipy.stats import expon, genpareto
 
 from physics.effects.afterpulsing import effect
 from physics.nominal import ForwardModel
@@ -80,3 +80,19 @@ def test_an_echo_at_once_is_rather_a_tail(tau, dead, quick):
     rendering = SimpleNamespace(clock=SimpleNamespace(bin_width_s=WIDTH))
     assert effect.strained(effect.at(probability=0.1, tau=tau, dead=dead).values, rendering) == quick
     assert not effect.strained(effect.at(probability=0.0, tau=tau, dead=dead).values, rendering)
+
+
+@pytest.mark.parametrize(("heavy", "dead"), [(0.5, 0.0), (2.0, 0.7e-9), (1e-5, 0.2e-9)])
+def test_traps_of_many_depths_release_by_a_power_law(heavy, dead):
+    """Shares of a generalised Pareto distribution, bin by bin."""
+    tau, counts = 1.3e-9, np.zeros(60)
+    counts[5] = 1000
+    found = seen(counts, probability=0.4, tau=tau, dead=dead, heavy=heavy) - counts
+    edges = (np.arange(61) - 6) * WIDTH
+    np.testing.assert_allclose(found, 400 * np.diff(genpareto.cdf(edges, heavy, loc=dead, scale=tau)), atol=1e-9)
+
+
+def test_a_tail_that_is_hardly_heavy_is_exponential():
+    counts = np.random.default_rng(1).random(60)
+    light, heavy = (seen(counts, probability=0.4, tau=1.3e-9, heavy=value) for value in (0.0, 2e-6))
+    np.testing.assert_allclose(heavy, light, atol=1e-6)

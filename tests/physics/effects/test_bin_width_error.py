@@ -69,3 +69,18 @@ def test_counts_do_not_jump_and_knots_are_as_many_whatever_the_error(error, less
 
     # Edges move by no more than 20 bins' part of the change, and the pulse is less than 1 high in a bin.
     assert np.abs(shares(error) - shares(max(error - less, -LARGEST))).max() < 25 * less
+
+
+@pytest.mark.parametrize("zero_in_seconds", [0.0, 1.0])
+def test_a_clock_that_warms_up_has_in_each_frame_bins_of_their_width_by_then(small, zero_in_seconds):
+    """Against clocks that are off by as much all the time; the pulse, whose width stays, is shorter than a bin."""
+    clock = replace(small.clock, pulse=two_piece_pulse(0.02e-9, 0.02e-9, small.clock.bin_width_s / 64))
+    model, tau = ForwardModel(small.light, small.footprints, clock), 0.15
+    warming = effect.at(error=-0.01, warmup=0.04, tau=tau, zero_in_seconds=zero_in_seconds)
+    found = model.expected(1e3, [warming])
+    for i, time in enumerate((0.0, 0.1, 0.2)):
+        error = -0.01 + 0.04 * (1 - np.exp(-time / tau))
+        steady = model.expected(1e3, [effect.at(error=error, zero_in_seconds=zero_in_seconds)])
+        np.testing.assert_allclose(found[i], steady[i], atol=5e-3 * steady.max())
+    # And by more than what is allowed here it is not the nominal clock.
+    assert np.abs(found - model.expected(1e3)).max() > 0.05 * found.max()

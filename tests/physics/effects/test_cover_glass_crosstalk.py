@@ -7,6 +7,7 @@ import pytest
 
 from physics.effects.cover_glass_crosstalk import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 from recordings.refusal import Refusal
 
 CYCLES = 2e4
@@ -80,3 +81,21 @@ def more_at(small, delay):
     """(P, T) counts of 50 that arrive so long after time zero."""
     clock = small.clock
     return 50 * clock.pulse.in_bins(clock.time_zero_s + delay, clock.bins, clock.bin_width_s)
+
+
+def test_it_grows_as_the_glass_gets_dirty(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    for growth, times in ((3.0, [1, 1.3, 1.6]), (-1.0, [1, 0.9, 0.8])):
+        one, more = (
+            model.expected(10.0, [effect.at(counts=50.0, growth=g)]) - model.expected(10.0) for g in (0.0, growth)
+        )
+        np.testing.assert_allclose(more, one * np.reshape(times, (3, 1, 1)), atol=1e-9)
+
+
+@pytest.mark.parametrize("delay", [-1.2e-10, 7e-10])
+def test_it_suggests_the_delay(small, delay):
+    model = ForwardModel(small.light, small.footprints, small.clock, 2.0)
+    truth, nominal = effect.at(counts=[300.0, 0, 90, 20], delay=delay), model.expected(1e3)
+    excess = np.random.default_rng(3).poisson(model.expected(1e3, [truth])) - nominal
+    starts = effect.starts(excess, nominal, Rendering(small.light, small.footprints, small.clock, 1e3, background=2.0))
+    assert abs(starts[0]["delay"] - delay) < small.clock.bin_width_s / 3

@@ -1,5 +1,7 @@
 """Drift against small steps of its differential equation, and against sensors that do not drift but differ."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,3 +55,19 @@ def test_what_does_not_settle_is_no_drift(small):
     assert effect.strained(effect.at(warmup=0.1, tau=1e4).values, rendering)
     assert not effect.strained(effect.at(warmup=0.1, tau=0.3).values, rendering)
     assert not effect.strained(effect.at(rate=0.1).values, rendering)
+
+
+def test_a_walk_goes_through_its_levels_and_stays_at_the_last(small):
+    light = replace(small.light, time_s=np.array([0.0, 0.1, 0.35]))
+    model = ForwardModel(light, small.footprints, small.clock, 3.0)
+    walk = {"level_1": 0.3, "level_2": -0.2, "level_3": 0.1, "level_6": 0.4, "between_2": 0.15}
+    for every, logs in ((0.05, [0, -0.2, 0.4]), (0.1, [0, 0.3, None]), (0.2 / 3, [0, 0.05 + 0.15, None])):
+        found = model.expected(50.0, [effect.at(**walk, every=every, background=1)]) / model.expected(50.0)
+        for i, log in enumerate(logs):
+            if log is not None:
+                np.testing.assert_allclose(found[i], np.exp(log), rtol=1e-9)
+
+
+def test_the_levels_that_it_suggests_last_as_long_as_the_session(small):
+    (start,) = effect.starts(None, None, Rendering(small.light, small.footprints, small.clock, 1.0))
+    assert start["every"] == pytest.approx(0.2 / 6)

@@ -93,3 +93,14 @@ def test_it_suggests_where_a_layer_is(small):
 @pytest.mark.parametrize(("begin", "thickness", "glass"), [(0.0, 0.02, True), (0.03, 0.1, False), (0.0, 100.0, False)])
 def test_a_layer_on_the_sensor_is_rather_its_glass(begin, thickness, glass):
     assert effect.strained(effect.at(extinction=0.1, begin=begin, thickness=thickness).values, None) == glass
+
+
+def test_smoke_grows_denser(small, model):
+    """Each frame as in air that is as dense all the time as that is by then; air cannot be thinner than none."""
+    for growth, densities in ((4.0, [0.5, 0.7, 0.9]), (-1.0, [0.5, 0.45, 0.4])):
+        found = model.expected(1e3, [effect.at(extinction=0.5, growth=growth)])
+        for i, density in enumerate(densities):
+            np.testing.assert_allclose(found[i], model.expected(1e3, [effect.at(extinction=density)])[i], rtol=1e-9)
+    later = replace(small.light, time_s=np.array([0.0, 1.0, 3.0]))
+    gone = ForwardModel(later, small.footprints, small.clock).expected(1e3, [effect.at(extinction=0.5, growth=-1.0)])
+    np.testing.assert_allclose(gone[1:], model.expected(1e3)[1:], rtol=1e-9)

@@ -82,7 +82,7 @@ def test_one_frame_alone_has_no_other_time(session):
 @pytest.mark.parametrize("error", [-0.1, 0.0, 0.04])
 def test_ranges_shrink_about_time_zero_as_bins_grow(session, error):
     world = replace(session.world(1), gain=1e4, pulse_time_s=np.arange(-1, 2) * 1e-15, pulse=np.array([0, 1.0, 0]))
-    off = find_act("bin_width_error").world(world, {"error": error, "zero_in_seconds": 0}, None)
+    off = find_act("bin_width_error").world(world, find_effect("bin_width_error").at(error=error).values, None)
     truth, told = (returned(w, np.random.default_rng(1)) for w in (world, off))
     np.testing.assert_array_equal(truth.pixel, told.pixel)
     zero = (world.time_zero_s / world.bin_width_s)[truth.zone]

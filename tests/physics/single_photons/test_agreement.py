@@ -20,6 +20,7 @@ STRENGTHS = {
         {"probability": 0.4, "tau": 2e-9, "dead": 9e-10},
         {"probability": 0.3, "tau": 8e-10, "dead": 5e-10, "slower": 0.2, "times": 4},
         {"probability": 0.4, "tau": 2e-9, "ambient": 0.3},
+        {"probability": 0.4, "tau": 1e-9, "dead": 5e-10, "heavy": 2},
     ],
     "ambient_pedestal": [
         {"level": [900, 0, 3000, 50]},
@@ -37,12 +38,19 @@ STRENGTHS = {
         {"tap_1": 0.3, "tap_3": -0.4, "tap_6": 0.2, "tap_7": 0.4, "width": 0.5 * np.cos(np.arange(48) ** 2)},
     ],
     "bin_phase": [{"depth": 0.5}, {"depth": 1, "phase": 0.8}, {"whole": 0.4}, {"depth": 0.3, "whole": 1, "phase": 0.6}],
-    "bin_width_error": [{"error": 0.03}, {"error": -0.08}, {"error": -0.02, "zero_in_seconds": 1}],
+    "bin_width_error": [
+        {"error": 0.03},
+        {"error": -0.08},
+        {"error": -0.02, "zero_in_seconds": 1},
+        {"error": 0, "warmup": 0.01, "tau": 0.1},
+        {"error": -0.03, "warmup": -0.01, "tau": 0.05, "zero_in_seconds": 0.4},
+    ],
     "counter_saturation": [{"ceiling": 60}, {"ceiling": 40, "lost": 0.6}],
     "cover_glass_crosstalk": [
         {"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "longer": 2e-10, "together": 0.7},
+        {"share": 0.1, "growth": 8},
     ],
     "footprint_blur": [
         {"variance": 1600},
@@ -56,6 +64,7 @@ STRENGTHS = {
         {"rate": -3, "background": 1},
         {"warmup": 0.6, "tau": 0.1},
         {"rate": 4, "curve": -10, "background": 0.5},
+        {"level_1": 0.4, "level_2": -0.3, "between_2": 0.2, "level_6": 0.5, "every": 0.05, "background": 1},
     ],
     "impulse_tail": [{"share": 0.5, "tau": 6e-10}, {"share": 0.2, "tau": 3e-9}, {"lingering": 0.3, "duration": 2e-9}],
     "impulse_width": [
@@ -104,6 +113,7 @@ STRENGTHS = {
         {"counts": 3e4, "apparent_range": 0.4, "speed": 4},
         {"counts": 3e4, "apparent_range": 0.5, "spread": 4e-10},
         {"counts": 0, "folded": 0.8, "period": 3e-9, "smear": 2e-10},
+        {"counts": 0, "through": 500, "depth": 1.1, "period": 3e-9, "tilt_x": 0.3, "tilt_y": -0.2, "at_x": 0.2},
     ],
     "range_falloff": [
         {"overlap_range": 0.4},
@@ -131,6 +141,7 @@ STRENGTHS = {
         {"extinction": 3, "albedo": 0.6, "overlap": 0.3},
         {"extinction": 0.8, "overlap": 0.1, "blind": 0.15},
         {"extinction": [2, 0.5, 0, 1], "begin": 0.3, "thickness": 0.25},
+        {"extinction": 0.8, "growth": 9},
     ],
     "second_surface": [
         {"passed": 0.5, "spacing": 0.2},
@@ -141,6 +152,8 @@ STRENGTHS = {
         {"passed": [0.3, 0.1, 0, 0.2], "spacing": 0.1, "reflectance": 3, "falloff": 1},
         {"covered": 0.4, "spacing": 0.25, "nearest": 0.5, "farthest": 0.9},
         {"covered": 0.4, "spacing": -0.15, "nearest": 0.6, "reflectance": 0.5, "falloff": 0},
+        {"one": 0.6, "spacing": 0.3, "reflectance": 0.7},
+        {"one": 0.4, "spacing": -0.2},
     ],
     "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}, {"share": 0.2, "clocks": 0.7}],
     "time_lag": [{"lag": 0.03}, {"lag": -0.13}],
