@@ -51,6 +51,8 @@ def rivals(
     taken = {other.effect.id for other in others}
 
     def swapped(candidate: Candidate) -> Rival | None:
+        if not others and candidate.fit.frame_gain_sigma == now.frame_gain_sigma:
+            return _rival(train, test, candidate.form, candidate.fit)  # There is nothing else it was fitted without.
         x = np.concatenate([now.x[:1], *(coordinates(now, other) for other in others), _start(candidate)])
         try:
             fitted = fit(train, (*others, candidate.form), x, now.frame_gain_sigma)

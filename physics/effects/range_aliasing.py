@@ -64,7 +64,6 @@ class RangeAliasing(Effect):
             low=0.1,  # Nearer, it is crosstalk for all that anybody can tell.
             high=100.0,
             start=1.0,
-            tries=(0.3, 0.6, 1.0, 1.5, 2.0, 3.0, 4.0),
             axis="zone",
             sentence="Its range at the start of the session less whole periods of the laser: 8.44 m each at 17.77 MHz.",
         ),

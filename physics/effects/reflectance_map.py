@@ -102,7 +102,7 @@ class ReflectanceMap(Effect):
             low=0.05,
             high=10.0,
             start=0.6,
-            tries=(0.3, 0.45, 0.6, 0.8, 1.1, 1.6),
+            tries=(0.45, 0.9),
             sentence="Range that tells near surfaces from far ones.",
         ),
         Parameter(
