@@ -10,21 +10,35 @@ from mismatch.prove.extrapolation import SideBySide
 from mismatch.prove.scores import Scores
 from recordings.atomic import written_aside
 
+# Room, in inches, for each letter of a name, and for the picture of strengths.
+INCH_OF_A_LETTER, STRENGTHS_INCH = 0.06, 4.0
+# What is answered where nothing is concealed.
+AGREED = {"agrees": "nothing"}
+
 
 def save_proof(scores: Scores, path: str | Path) -> None:
-    """Confusion of truth and answer, and the share named by the deviance that a cause moves, as a .png."""
-    from matplotlib.figure import Figure
+    """Confusion of truth and answer, and the share named by the deviance that a cause moves, as a .png.
 
-    truths = sorted({truth for truth, _ in scores.confusion})
-    answers = sorted({answer for _, answer in scores.confusion})
-    matrix = np.array([[scores.confusion.get((truth, answer), 0) for answer in answers] for truth in truths])
-    figure = Figure(figsize=(6 + 0.28 * len(answers), 2.5 + 0.24 * len(truths)), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=[max(len(answers), 4), 6])
+    Right answers are framed: they lie along the diagonal, other answers beside it.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+    confusion = {(truth, AGREED.get(answer, answer)): many for (truth, answer), many in scores.confusion.items()}
+    truths, answers = _in_one_order(confusion)
+    matrix = np.array([[confusion.get((truth, answer), 0) for answer in answers] for truth in truths])
+    names = INCH_OF_A_LETTER * max(len(name) for name in (*truths, *answers))
+    wide, high = 0.28 * len(answers) + names, 0.24 * len(truths) + names
+    figure = Figure(figsize=(1 + wide + STRENGTHS_INCH, max(high + 0.6, 3.5)), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[wide, STRENGTHS_INCH])
     left.imshow(matrix / matrix.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1, aspect="auto")
     for (row, column), count in np.ndenumerate(matrix):
         if count:
             shade = "white" if 2 * count > matrix[row].sum() else "black"
             left.text(column, row, str(count), ha="center", va="center", fontsize=7, color=shade)
+    for row, truth in enumerate(truths):
+        if truth in answers:
+            left.add_patch(Rectangle((answers.index(truth) - 0.5, row - 0.5), 1, 1, fill=False, lw=1))
     left.set_xticks(range(len(answers)), answers, rotation=90, fontsize=7)
     left.set_yticks(range(len(truths)), truths, fontsize=7)
     left.set_xlabel("answered")
@@ -32,6 +46,13 @@ def save_proof(scores: Scores, path: str | Path) -> None:
     _strengths(right, scores.faint)
     with written_aside(Path(path)) as aside:
         figure.savefig(aside, format="png", dpi=120)
+
+
+def _in_one_order(confusion: dict[tuple[str, str], int]) -> tuple[list[str], list[str]]:
+    """Truths, and answers: the right ones in the order of the truths, then those that are right for none."""
+    given = {answer for _, answer in confusion}
+    truths = sorted({truth for truth, _ in confusion}, key=lambda truth: (truth not in given, "+" in truth, truth))
+    return truths, [truth for truth in truths if truth in given] + sorted(given - set(truths))
 
 
 def _strengths(axes, faint: list[tuple[float, bool]]) -> None:
