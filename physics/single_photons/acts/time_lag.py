@@ -18,7 +18,7 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     Where another surface has come, each photon is drawn to come from the one or the other.
     """
     times = world.times_s
-    there = float(np.clip(world.time_s + values["lag"], times[0], times[-1]))
+    there = float(np.clip((1 + values["skew"]) * world.time_s + values["lag"], times[0], times[-1]))
     before, after = (world.at(t) for t in (times[times <= there].max(), times[times >= there].min()))
     part = (there - before.time_s) / (after.time_s - before.time_s) if after.time_s > before.time_s else 0.0
 

@@ -31,6 +31,16 @@ def test_it_sees_the_wall_where_it_is_by_then(small, lag):
     np.testing.assert_allclose(found, closed, atol=5e-3 * closed.max())
 
 
+@pytest.mark.parametrize(("lag", "skew"), [(0.0, 0.2), (0.03, -0.3)])
+def test_clocks_that_do_not_agree_run_apart(small, lag, skew):
+    light = approaching(TIMES)
+    found = ForwardModel(light, small.footprints, small.clock).expected(1e3, [effect.at(lag=lag, skew=skew)])
+    then = approaching(np.clip(lag + (1 + skew) * TIMES, TIMES[0], TIMES[-1]))
+    closed = ForwardModel(then, small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, closed, atol=5e-3 * closed.max())
+    assert effect.reach(effect.at(skew=skew).values) == (np.inf, np.inf)
+
+
 @pytest.mark.parametrize("frames", [1, -1])
 def test_a_whole_frame_is_the_next_or_the_one_before(small, frames):
     model = ForwardModel(small.light, small.footprints, small.clock)

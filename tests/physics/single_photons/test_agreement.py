@@ -156,7 +156,7 @@ STRENGTHS = {
         {"one": 0.4, "spacing": -0.2},
     ],
     "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}, {"share": 0.2, "clocks": 0.7}],
-    "time_lag": [{"lag": 0.03}, {"lag": -0.13}],
+    "time_lag": [{"lag": 0.03}, {"lag": -0.13}, {"lag": 0.02, "skew": -0.4}],
     "time_zero_drift": [
         {"rate": 3e-9},
         {"rate": -2e-9},
