@@ -12,8 +12,8 @@ class TimeZeroDrift(Effect):
 
     z is when time zero was right: at the start, or later, where it was measured on a sensor as warm as it is then. A
     delay that is never zero within the session is an offset, and a drift beside it. Where it is negative light is
-    registered earlier. Light from beyond the window, which a negative delay would bring into its last bins, is not
-    followed.
+    registered earlier. Each zone's rate may be its own. Light from beyond the window, which a negative delay would
+    bring into its last bins, is not followed.
     """
 
     id = "time_zero_drift"
@@ -40,6 +40,7 @@ class TimeZeroDrift(Effect):
             high=1e-8,
             start=1e-11,
             vanishes_at=0.0,
+            axis="zone",
             sentence="By how much the delay grows in a second.",
         ),
         Parameter(
@@ -84,7 +85,7 @@ class TimeZeroDrift(Effect):
         """All light, delayed by what its frame's time makes."""
         time_s = rendering.light.time_s
         right = np.minimum(values["zero_at"], time_s.max())
-        return rendering.arrivals.delayed((_since(values, time_s) - _since(values, right))[:, None])
+        return rendering.arrivals.delayed(_since(values, time_s[:, None]) - _since(values, right))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Time zero right in the middle of the session."""
@@ -92,7 +93,7 @@ class TimeZeroDrift(Effect):
 
 
 def _since(values: Values, time_s: np.ndarray | float) -> np.ndarray | float:
-    """Delay, seconds, that has come to be since the start: of each time, (F,) or a number."""
+    """Delay, seconds, that has come to be since the start: of each time, (F, 1) or a number, and zone."""
     return (values["rate"] + values["curve"] * time_s) * time_s + values["warmup"] * -np.expm1(-time_s / values["tau"])
 
 

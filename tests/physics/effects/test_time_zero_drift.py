@@ -9,9 +9,9 @@ from physics.effects.time_zero_drift import effect
 from physics.nominal import ForwardModel
 
 
+@pytest.mark.parametrize("rate", [4e-10, np.array([4e-10, 0, -2e-10, 1e-10])])
 @pytest.mark.parametrize(("curve", "zero_at"), [(0, 0), (3e-9, 0), (0, 0.15), (-2e-9, 0.07)])
-def test_each_frame_is_that_of_a_sensor_with_its_own_time_zero(small, curve, zero_at):
-    rate = 4e-10
+def test_each_frame_is_that_of_a_sensor_with_its_own_time_zero(small, curve, zero_at, rate):
     model = ForwardModel(small.light, small.footprints, small.clock)
     found = model.expected(1e3, [effect.at(rate=rate, curve=curve, zero_at=zero_at)])
     for i, time in enumerate((0.0, 0.1, 0.2)):

@@ -163,6 +163,7 @@ STRENGTHS = {
         {"warmup": 4e-10, "tau": 0.1},
         {"rate": 3e-9, "curve": -1e-8},
         {"rate": 3e-9, "zero_at": 0.13},
+        {"rate": [3e-9, 0, -2e-9, 1e-9], "curve": 2e-9},
     ],
     "time_zero_offset": [{"delay": [3e-10, -2e-10, 0, 1e-10]}],
     "window_clipping": [
