@@ -20,10 +20,14 @@ LIT = 1.0
 
 @dataclass(frozen=True)
 class Check:
-    """A property of noise that the residuals should have. p_value: chance of as much. sentence: what is found."""
+    """A property of noise that the residuals should have. p_value: chance of as much. sentence: what is found.
+
+    foreign: whether a cause whose formula is a little different would never leave such a thing.
+    """
 
     p_value: float
     sentence: str
+    foreign: bool = False
 
 
 def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
@@ -55,7 +59,7 @@ def wave(white: np.ndarray) -> Check:
     p = float(-np.expm1(power.size / 2 * np.log1p(-np.exp(-min(strongest, 600.0)))))
     turns = [min(k, n - k) for k, n in zip(best, power.shape, strict=True)]
     where = f"{turns[2]} periods over the bins, {turns[0]} over the frames"
-    return Check(p, f"a wave runs through the residuals: {where}")
+    return Check(p, f"a wave runs through the residuals: {where}", foreign=True)
 
 
 def beat(excess: np.ndarray, mean: np.ndarray, what: str) -> Check:
@@ -101,7 +105,7 @@ def outlier(counts: np.ndarray, mean: np.ndarray, zones: np.ndarray) -> Check:
     p = float(-np.expm1(chance.size * np.log1p(-min(float(chance[frame, zone, time]), 1 - 1e-16))))
     cell = f"frame {frame}, zone {zones[zone]}, bin {time}"
     held = f"{counts[frame, zone, time]:.0f} counts where {mean[frame, zone, time]:.3g} are expected"
-    return Check(p, f"single cells are out of place: {cell} holds {held}")
+    return Check(p, f"single cells are out of place: {cell} holds {held}", foreign=True)
 
 
 def dispersion(counts: np.ndarray, mean: np.ndarray) -> Check:
@@ -128,7 +132,6 @@ def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
             if p < worst:
                 worst, where = p, zone
         p_value = min(1.0, worst * counts.shape[1])
-        out.append(
-            Check(p_value, f"counts of zone {where} divided by {step} leave some remainders more often than others")
-        )
+        said = f"counts of zone {where} divided by {step} leave some remainders more often than others"
+        out.append(Check(p_value, said, foreign=True))
     return out

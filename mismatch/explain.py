@@ -89,7 +89,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     most = min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
     small = minor is not None and remains < min(most, TAKEN_UP * minor.observed)
     doubted = doubts(simulation, judged, effects)
-    if doubted or (left and not (judged.forms and (small or remains < min(NEGLIGIBLE * won, LARGE)))):
+    negligible = (small or remains < min(NEGLIGIBLE * won, LARGE)) and not any(place.foreign for place in left)
+    if doubted or (left and not (judged.forms and negligible)):
         kind = "unknown"
     if kind != "agrees":
         outside = told_outside(simulation, train, test, judged, beside=kind == "unknown")

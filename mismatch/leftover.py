@@ -30,6 +30,6 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
         found.append(replace(window, p_value=window.p_value * many))
     worst = min(besides, key=lambda check: check.p_value)
     if many * worst.p_value < SIGNIFICANT and not found:
-        found.append(wherever(simulation, worst.p_value * many, worst.sentence))
+        found.append(wherever(simulation, worst.p_value * many, worst.sentence, worst.foreign))
     total = max(sum(place.gain for place in found), 1e-12)
     return tuple(replace(place, share=place.gain / total) for place in found)

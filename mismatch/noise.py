@@ -9,8 +9,9 @@ from mismatch.poisson import LEAST, deviance
 from mismatch.simulation import Simulation
 
 MOST_SIGMA = 1.0
-# Twice the log-likelihood by which fluctuation must be better than none: one in a thousand by chance, as for misfits.
-SHOWN = 9.5
+# Twice the log-likelihood by which fluctuation must be better than none: one in twenty by chance, as it is no name but
+# what others are judged beside.
+SHOWN = 2.7
 
 
 @dataclass(frozen=True, eq=False)

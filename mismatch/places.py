@@ -34,7 +34,7 @@ class Place:
     zones: indices. bins, frames: first and last, both inclusive. follows: what it goes with. share: of the misfit that
     all places show. p_value: after correction for having looked everywhere. excess: relative, of recorded over
     simulated counts there. change: (F, P, T) counts by which the recording differs, smoothed by the division.
-    gain: deviance that goes with it.
+    gain: deviance that goes with it. foreign: whether no formula of what was explained could have left it.
     """
 
     zones: tuple[int, ...]
@@ -45,6 +45,7 @@ class Place:
     p_value: float
     gain: float
     sentence: str
+    foreign: bool = False
 
 
 def places(simulation: Simulation, fitted: Fit) -> list[Place]:
@@ -114,11 +115,11 @@ def _interval(energy: np.ndarray) -> tuple[int, int]:
     return start, max(start, int(ends[start]) - 1)
 
 
-def wherever(simulation: Simulation, p_value: float, sentence: str) -> Place:
+def wherever(simulation: Simulation, p_value: float, sentence: str, foreign: bool = False) -> Place:
     """A misfit that has no place."""
     frames, zones, bins = simulation.counts.shape
     gain = float(chi2.isf(max(p_value, 1e-300), 1))
-    return Place(tuple(range(zones)), (0, bins - 1), (0, frames - 1), "nothing", 1.0, p_value, gain, sentence)
+    return Place(tuple(range(zones)), (0, bins - 1), (0, frames - 1), "nothing", 1.0, p_value, gain, sentence, foreign)
 
 
 def told(place: Place) -> Place:

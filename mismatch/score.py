@@ -101,16 +101,18 @@ def log_chance(gain: float, dof: int) -> float:
 
 def amplitude_bounds(form: Form, count: int) -> tuple[np.ndarray, np.ndarray]:
     """(M,) each: how many times its start each amplitude may be."""
-    ends = []
+    lows, highs = [], []
     for name in form.strengths:
         parameter = form.effect.parameter(name)
-        span = form.start[name] - parameter.vanishes_at
-        times = [(end - parameter.vanishes_at) / span for end in (parameter.low, parameter.high)]
-        ends.append(sorted(part if parameter.power == 1 else max(part, 0.0) ** parameter.power for part in times))
+        # Where zones begin at different values each has bounds of its own.
+        span = np.broadcast_to(np.asarray(form.start[name], float) - parameter.vanishes_at, count if form.own else 1)
+        times = np.sort([(end - parameter.vanishes_at) / span for end in (parameter.low, parameter.high)], axis=0)
+        times = times if parameter.power == 1 else np.maximum(times, 0.0) ** parameter.power
+        lows.append(times[0])
+        highs.append(times[1])
     if form.own:
-        ends = [(max(e[0] for e in ends), min(e[1] for e in ends))] * count
-    low, high = np.array(ends).T
-    return low, high
+        return np.max(lows, axis=0), np.min(highs, axis=0)
+    return np.concatenate(lows), np.concatenate(highs)
 
 
 def bounded_least_squares(
@@ -132,7 +134,7 @@ def start_of(form: Form, amplitude: np.ndarray) -> np.ndarray:
     """Coordinates from which to fit a form that promises these amplitudes."""
     x = form.at_start()
     for i, (parameter, place) in enumerate(form.coordinates):
-        if parameter.vanishes_at is None:
+        if parameter.vanishes_at is None or (parameter.placed and np.ndim(form.start[parameter.name])):
             continue
         times = amplitude[(place or 0) if form.own else form.strengths.index(parameter.name)]
         if parameter.power != 1:

@@ -5,6 +5,7 @@ import numpy as np
 from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+from physics.walk import BETWEEN, LEVELS, walk_parameters, walk_starts, walked
 
 
 class TimeZeroDrift(Effect):
@@ -12,8 +13,9 @@ class TimeZeroDrift(Effect):
 
     z is when time zero was right: at the start, or later, where it was measured on a sensor as warm as it is then. A
     delay that is never zero within the session is an offset, and a drift beside it. Where it is negative light is
-    registered earlier. Each zone's rate may be its own. Light from beyond the window, which a negative delay would
-    bring into its last bins, is not followed.
+    registered earlier. What follows no formula walks or jumps beside that: a spline through 0 at the start and levels
+    at even times, and a jump (`physics.walk`). Each zone's rate may be its own. Light from beyond the window, which a
+    negative delay would bring into its last bins, is not followed.
     """
 
     id = "time_zero_drift"
@@ -31,6 +33,9 @@ class TimeZeroDrift(Effect):
         ("rate", "zero_at"),
         ("warmup", "tau", "zero_at"),
         ("rate", "curve", "zero_at"),
+        LEVELS,
+        (*LEVELS, *BETWEEN),
+        ("jump",),
     )
     parameters = (
         Parameter(
@@ -79,6 +84,7 @@ class TimeZeroDrift(Effect):
             tries=(0.1,),
             sentence="When the delay is zero, within the session.",
         ),
+        *walk_parameters("s", 5e-9, 2e-11),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
@@ -88,13 +94,19 @@ class TimeZeroDrift(Effect):
         return rendering.arrivals.delayed(_since(values, time_s[:, None]) - _since(values, right))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Time zero right in the middle of the session."""
-        return [{"zero_at": float(rendering.light.time_s.mean())}]
+        """Time zero right in the middle of the session; levels as long as it, and the jump that frames show most."""
+        time_s, mean = rendering.light.time_s, np.maximum(expected, 1)
+        rise = np.gradient(expected, axis=-1) / rendering.clock.bin_width_s
+        weight = (rise**2 / mean).sum(axis=(1, 2))
+        late_s = -(rise * excess / mean).sum(axis=(1, 2)) / np.maximum(weight, 1e-12)
+        walks = walk_starts({p.name: p for p in self.parameters}, time_s, late_s, weight)
+        return [{"zero_at": float(time_s.mean())}, *walks]
 
 
 def _since(values: Values, time_s: np.ndarray | float) -> np.ndarray | float:
     """Delay, seconds, that has come to be since the start: of each time, (F, 1) or a number, and zone."""
-    return (values["rate"] + values["curve"] * time_s) * time_s + values["warmup"] * -np.expm1(-time_s / values["tau"])
+    warmed = values["warmup"] * -np.expm1(-time_s / values["tau"])
+    return (values["rate"] + values["curve"] * time_s) * time_s + warmed + walked(values, time_s)
 
 
 effect = TimeZeroDrift()

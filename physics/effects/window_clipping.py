@@ -7,6 +7,8 @@ from physics.rendering import Rendering
 
 # A choice: of what lies outside a window most is lost. With less it would stand for whatever dims the far or the near.
 LEAST_LOST = 0.3
+# Deviance from which an edge is one zone's own.
+SHOWN = 10.0
 
 
 class WindowClipping(Effect):
@@ -14,7 +16,7 @@ class WindowClipping(Effect):
 
     Where the edge is soft the part that is kept falls evenly over `softness` bins outwards from the edge: of bin t it
     is 1 - (early - t) / softness, within 0 and 1. Of what is not kept the share `lost` is lost, and of the background,
-    which may be set aside before and put back, the share lost · background.
+    which may be set aside before and put back, the share lost · background. Each zone may have a window of its own.
     """
 
     id = "window_clipping"
@@ -42,6 +44,8 @@ class WindowClipping(Effect):
             high=65536.0,
             start=4.5,
             vanishes_at=0.0,
+            axis="zone",
+            placed=True,
             sentence="How many of the first bins lie outside the window.",
         ),
         Parameter(
@@ -51,6 +55,8 @@ class WindowClipping(Effect):
             high=65536.0,
             start=4.5,
             vanishes_at=0.0,
+            axis="zone",
+            placed=True,
             sentence="How many of the last bins lie outside the window.",
         ),
         Parameter(
@@ -84,28 +90,34 @@ class WindowClipping(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts less what lies outside the window."""
         bins = np.arange(rendering.expected.shape[-1])
-        before = (values["early"] - bins) / values["softness"]
-        after = (bins + 1 - len(bins) + values["late"]) / values["softness"]
+        early, late = (np.atleast_1d(values[name])[:, None] for name in ("early", "late"))
+        before, after = ((early - bins) / values["softness"], (bins + 1 - len(bins) + late) / values["softness"])
         missed = values["lost"] * np.minimum(np.clip(before, 0, 1) + np.clip(after, 0, 1), 1)
         # Of what an effect before this one has taken away there cannot be more than there is.
         background = np.minimum(rendering.background, rendering.expected)
         return rendering.expected * (1 - missed) + background * (missed * (1 - values["background"]))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The edges beyond which one share of what is expected is lost most clearly, sharp and soft."""
+        """The edges beyond which one share of what is expected is lost most clearly, sharp and soft.
+
+        And those of each zone beyond which all of it is.
+        """
         found = []
         for background in (1.0, 0.0):
             cut = expected - (1 - background) * np.minimum(rendering.background, expected)
             # Weighted least squares of a share of `cut`, of all bins up to each edge.
             weighted = cut / np.maximum(expected, 1)
-            lacking, there = -(excess * weighted).sum(axis=(0, 1)), (cut * weighted).sum(axis=(0, 1))
-            (early, *how_early), (late, *how_late) = _edge(lacking, there), _edge(lacking[::-1], there[::-1])
+            lacking, there = -(excess * weighted).sum(axis=0), (cut * weighted).sum(axis=0)
+            alike = lacking.sum(axis=0), there.sum(axis=0)
+            (early, *how_early), (late, *how_late) = _edge(*alike), _edge(*(one[::-1] for one in alike))
             # The clearer of the two says which share is lost.
             _, lost = max(how_early, how_late)
+            own = _emptied(lacking, there), _emptied(lacking[:, ::-1], there[:, ::-1])
             for softness in self.parameter("softness").tries:
                 # The edge was taken where half of it is over.
-                edges = {"early": early + (softness - 1) / 2, "late": late + (softness - 1) / 2}
-                found.append(edges | {"softness": softness, "lost": lost, "background": background})
+                for edges, share in (((early, late), lost), (own, 1.0)):
+                    ends = {name: at + (softness - 1) / 2 for name, at in zip(("early", "late"), edges, strict=True)}
+                    found.append(ends | {"softness": softness, "lost": share, "background": background})
         return found
 
 
@@ -114,6 +126,12 @@ def _edge(lacking: np.ndarray, there: np.ndarray) -> tuple[float, float, float]:
     lacks, has = np.maximum(np.cumsum(lacking), 0), np.maximum(np.cumsum(there), 1e-9)
     edge = int(np.argmax(lacks**2 / has))
     return edge + 1.0, float(lacks[edge] ** 2 / has[edge]), float(np.clip(lacks[edge] / has[edge], LEAST_LOST, 1))
+
+
+def _emptied(lacking: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """(P,) how many of the first of (P, T) bins lack all that should be there, by least squares; one at least."""
+    gains = np.cumsum(2 * lacking - there, axis=-1)
+    return np.where(gains.max(axis=-1) > SHOWN, np.argmax(gains, axis=-1) + 1.0, 1.0)
 
 
 effect = WindowClipping()

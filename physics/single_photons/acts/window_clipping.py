@@ -3,7 +3,7 @@
 import numpy as np
 
 from physics.effect import Values
-from physics.single_photons.draw import in_window
+from physics.single_photons.draw import by_zone, in_window
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
 
@@ -15,7 +15,7 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     if values["background"] == 1:
         return photons
     place = np.clip(photons.time_s / world.bin_width_s, 0, world.bins - 1).astype(int)
-    thrown = 1 - _kept(world, values)[place]
+    thrown = 1 - _kept(world, values)[photons.zone, place]
     spared = np.where(photons.pixel == NO_PIXEL, values["background"], 1)
     return photons.only((rng.random(len(photons)) >= thrown * spared) & in_window(photons, world))
 
@@ -26,8 +26,11 @@ def counted(counts: np.ndarray, world: World, values: Values, rng: np.random.Gen
 
 
 def _kept(world: World, values: Values) -> np.ndarray:
-    """(T,) share of each bin's counts: between an edge that opens and one that closes."""
+    """(P, T) share of each bin's counts: between an edge that opens and one that closes."""
     bins, ends = np.arange(world.bins), np.arange(world.bins, 0, -1)
-    opens = np.interp(bins, [values["early"] - values["softness"], values["early"]], [0, 1])
-    closes = np.interp(ends - 1, [values["late"] - values["softness"], values["late"]], [0, 1])
-    return 1 - values["lost"] * (1 - np.maximum(opens + closes - 1, 0))
+    inside = []
+    for early, late in zip(by_zone(world, values["early"]), by_zone(world, values["late"]), strict=True):
+        opens = np.interp(bins, [early - values["softness"], early], [0, 1])
+        closes = np.interp(ends - 1, [late - values["softness"], late], [0, 1])
+        inside.append(np.maximum(opens + closes - 1, 0))
+    return 1 - values["lost"] * (1 - np.stack(inside))

@@ -68,6 +68,13 @@ def test_a_walk_goes_through_its_levels_and_stays_at_the_last(small):
                 np.testing.assert_allclose(found[i], np.exp(log), rtol=1e-9)
 
 
-def test_the_levels_that_it_suggests_last_as_long_as_the_session(small):
-    (start,) = effect.starts(None, None, Rendering(small.light, small.footprints, small.clock, 1.0))
-    assert start["every"] == pytest.approx(0.2 / 6)
+def test_it_suggests_levels_as_long_as_the_session_and_the_jump(small):
+    light = replace(small.light, time_s=np.array([0.0, 0.1, 0.3]))
+    model = ForwardModel(light, small.footprints, small.clock, 3.0)
+    nominal = model.expected(50.0)
+    found = effect.at(jump=0.4, jump_at=0.2)
+    excess = model.expected(50.0, [found]) - nominal
+    walk, jump = effect.starts(excess, nominal, Rendering(light, small.footprints, small.clock, 50.0, background=3.0))
+    assert walk["every"] == pytest.approx(0.3 / 6)
+    assert jump["jump_at"] == pytest.approx(0.2)
+    np.testing.assert_allclose((excess / nominal)[:2], 0, atol=1e-9)

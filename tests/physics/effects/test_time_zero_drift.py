@@ -7,6 +7,7 @@ import pytest
 
 from physics.effects.time_zero_drift import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 
 @pytest.mark.parametrize("rate", [4e-10, np.array([4e-10, 0, -2e-10, 1e-10])])
@@ -35,3 +36,13 @@ def test_time_zero_is_right_at_some_time_within_the_session(small):
     last, beyond = (model.expected(1e3, [effect.at(rate=4e-10, zero_at=at)]) for at in (0.2, 7.0))
     np.testing.assert_array_equal(last[2], model.expected(1e3)[2])
     np.testing.assert_array_equal(beyond, last)
+
+
+def test_it_suggests_the_jump(small):
+    light = replace(small.light, time_s=np.array([0.0, 0.1, 0.3]))
+    model = ForwardModel(light, small.footprints, small.clock, 3.0)
+    nominal = model.expected(1e4)
+    excess = model.expected(1e4, [effect.at(jump=3e-11, jump_at=0.04)]) - nominal
+    rendering = Rendering(light, small.footprints, small.clock, 1e4, background=3.0)
+    jump = next(start for start in effect.starts(excess, nominal, rendering) if "jump" in start)
+    assert jump["jump_at"] == pytest.approx(0.05)

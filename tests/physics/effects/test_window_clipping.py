@@ -84,4 +84,25 @@ def test_it_suggests_the_edges_beyond_which_counts_are_lost(truth, background):
     starts = effect.starts(excess, rendering.expected, rendering)
     truth = truth | {"background": background}
     near = {"early": 1.5, "late": 1.5, "softness": 0.1, "lost": 0.1, "background": 0.1}
-    assert any(all(abs(start[n] - v) <= near[n] for n, v in truth.items()) for start in starts)
+    assert any(all(np.all(np.abs(start[n] - v) <= near[n]) for n, v in truth.items()) for start in starts)
+
+
+def test_each_zone_may_have_a_window_of_its_own():
+    counts = np.random.default_rng(4).uniform(0, 9, (2, 2, 12))
+    found = seen(counts, 2.0, early=[3, 0], late=[0, 4.5], lost=0.6)
+    for zone, (early, late) in enumerate(((3, 0), (0, 4.5))):
+        alone = seen(counts[:, [zone]], 2.0, early=early, late=late, lost=0.6)
+        np.testing.assert_allclose(found[:, [zone]], alone)
+
+
+def test_it_suggests_a_window_for_each_zone():
+    level = 40 + 200 * np.exp(-(((np.arange(64) - 32) / 12) ** 2))
+    rendering = SimpleNamespace(expected=np.broadcast_to(level, (20, 3, 64)), background=np.full((3, 1), 40.0))
+    truth = {"early": np.array([20.0, 12.0, 26.0]), "late": np.array([14.0, 22.0, 9.0])}
+    cut = effect.expected(effect.at(**truth).values, rendering)
+    excess = np.random.default_rng(5).poisson(cut) - rendering.expected
+    starts = effect.starts(excess, rendering.expected, rendering)
+    assert any(
+        all(np.ndim(start[name]) and np.abs(start[name] - edges).max() <= 1 for name, edges in truth.items())
+        for start in starts
+    )

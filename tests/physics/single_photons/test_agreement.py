@@ -65,6 +65,7 @@ STRENGTHS = {
         {"warmup": 0.6, "tau": 0.1},
         {"rate": 4, "curve": -10, "background": 0.5},
         {"level_1": 0.4, "level_2": -0.3, "between_2": 0.2, "level_6": 0.5, "every": 0.05, "background": 1},
+        {"jump": -0.6, "jump_at": 0.05},
     ],
     "impulse_tail": [{"share": 0.5, "tau": 6e-10}, {"share": 0.2, "tau": 3e-9}, {"lingering": 0.3, "duration": 2e-9}],
     "impulse_width": [
@@ -164,6 +165,8 @@ STRENGTHS = {
         {"rate": 3e-9, "curve": -1e-8},
         {"rate": 3e-9, "zero_at": 0.13},
         {"rate": [3e-9, 0, -2e-9, 1e-9], "curve": 2e-9},
+        {"rate": 0, "level_1": 3e-10, "between_3": -2e-10, "level_4": 2e-10, "every": 0.05, "zero_at": 0.06},
+        {"rate": 0, "jump": 3e-10, "jump_at": 0.15},
     ],
     "time_zero_offset": [{"delay": [3e-10, -2e-10, 0, 1e-10]}],
     "window_clipping": [
@@ -171,6 +174,8 @@ STRENGTHS = {
         {"early": 18.3, "late": 24.6, "softness": 6.2, "lost": 0.7},
         {"early": 19.7, "softness": 3, "background": 0},
         {"late": 26.1, "lost": 0.5, "background": 0.4},
+        {"early": [14.3, 0, 18.1, 16], "late": [0, 20.6, 12, 26], "lost": 0.8},
+        {"early": [14.3, 0, 18.1, 16], "softness": 2, "background": 0},
     ],
     "zone_gain": [{"factor": [0.7, 1.3, 1, 0]}, {"one": -0.4, "zone": 2}, {"one": 0.3, "zone": 1}],
 }
