@@ -92,11 +92,8 @@ class ImpulseResponse:
             raise Refusal(f"tail: time constant {tail_s} s, share {share}, expected above 0 and 0 to 1")
         more = int(np.ceil(TAIL_REACH * tail_s / self.step_s))
         core = np.concatenate([self.probability, np.zeros(more)])
-        # Of photons delayed from a step, `same` are registered within it; of those that still wait, `kept` wait on.
-        kept = np.exp(-self.step_s / tail_s)
-        same = 1 + np.expm1(-self.step_s / tail_s) * tail_s / self.step_s
-        tail = lfilter([same, (1 - kept) * (1 - same) - same * kept], [1, -kept], core)
-        return self._mixed(core, tail, share)
+        delayed = lfilter(*tail(self.step_s, tail_s), core)
+        return self._mixed(core, delayed, share)
 
     def with_plateau(self, duration_s: float, share: float) -> "ImpulseResponse":
         """The response where a share of the photons is delayed once more, evenly up to `duration_s`.
@@ -123,6 +120,16 @@ class ImpulseResponse:
 def arrival(range_m: np.ndarray, time_zero_s: np.ndarray) -> np.ndarray:
     """Nominal arrival, seconds from the start of bin 0, of light that returns from a target at `range_m`."""
     return time_zero_s + 2 * np.asarray(range_m) / speed_of_light
+
+
+def tail(step_s: float, tail_s: float) -> tuple[list[float], list[float]]:
+    """Numerator and denominator of the filter that delays photons exponentially, by steps over which they are even.
+
+    Of photons delayed from a step, `same` are registered within it; of those that still wait, `kept` wait on.
+    """
+    kept = np.exp(-step_s / tail_s)
+    same = 1 + np.expm1(-step_s / tail_s) * tail_s / step_s
+    return [same, (1 - kept) * (1 - same) - same * kept], [1.0, -kept]
 
 
 def tailed_pulse(rise_s: float, fall_s: float, tail_s: float, tail_share: float, step_s: float) -> ImpulseResponse:

@@ -2,8 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
+from scipy.signal import lfilter
+
+from physics.arrivals import Arrivals
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.pulse import tail
 from physics.rendering import Rendering
 
 # Carriers have diffused, and lasers turned off, within this; what falls more slowly is rather released by traps.
@@ -13,7 +18,9 @@ SLOWEST_S = 2e-9
 class ImpulseTail(Effect):
     """Photons are registered late: by an exponentially distributed delay, as carriers diffuse, or evenly up to an end.
 
-    The latter is a laser that lingers at a low level and then stops.
+    The latter is a laser that lingers at a low level and then stops. The exponential is the detector's, which may
+    delay another share of the photons in each zone: then light is delayed by knots of the lattice, step for step as the
+    pulse is where all zones have the same.
     """
 
     id = "impulse_tail"
@@ -37,6 +44,7 @@ class ImpulseTail(Effect):
             high=1.0,
             start=0.1,
             vanishes_at=0.0,
+            axis="zone",
             sentence="Part of the photons that is delayed.",
         ),
         Parameter(
@@ -70,16 +78,25 @@ class ImpulseTail(Effect):
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A tail of many nanoseconds is an echo of the detector's."""
-        return values["share"] > 0 and values["tau"] > SLOWEST_S
+        return bool(np.any(values["share"])) and values["tau"] > SLOWEST_S
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The pulse, delayed in part."""
         pulse = rendering.clock.pulse
         if values["lingering"]:
             pulse = pulse.with_plateau(values["duration"], values["lingering"])
-        if values["share"]:
+        if np.ndim(values["share"]) == 0 and values["share"]:
             pulse = pulse.with_tail(values["tau"], values["share"])
         return replace(rendering.clock, pulse=pulse)
+
+    def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
+        """Light, delayed in part where zones differ in how much."""
+        if np.ndim(values["share"]) == 0:
+            return rendering.arrivals
+        share = np.asarray(values["share"])[:, None]
+        here = rendering.arrivals
+        late = lfilter(*tail(here.lattice.step_s, values["tau"]), here.light)
+        return replace(here, light=here.light + share * (late - here.light))
 
 
 effect = ImpulseTail()

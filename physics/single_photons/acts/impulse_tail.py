@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from physics.effect import Values
+from physics.single_photons.draw import by_zone
 from physics.single_photons.world import Photons, World
 
 
@@ -13,6 +14,6 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     time = photons.time_s.copy()
     lingers = rng.random(len(photons)) < values["lingering"]
     time[lingers] += rng.uniform(0, values["duration"], int(lingers.sum()))
-    waits = rng.random(len(photons)) < values["share"]
+    waits = rng.random(len(photons)) < by_zone(world, values["share"])[photons.zone]
     time[waits] += rng.exponential(values["tau"], int(waits.sum()))
     return replace(photons, time_s=time)

@@ -10,6 +10,7 @@ from scipy.stats import exponnorm, norm
 
 from physics.clock import Clock
 from physics.effects.impulse_tail import effect
+from physics.nominal import ForwardModel
 from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
 
@@ -81,3 +82,13 @@ def test_it_is_in_proportion_at_all_ranges(small):
 @pytest.mark.parametrize(("share", "tau", "slow"), [(0.1, 1e-9, False), (0.1, 2.5e-9, True), (0.0, 2.5e-9, False)])
 def test_a_tail_of_many_nanoseconds_is_rather_an_echo(share, tau, slow):
     assert effect.strained(effect.at(share=share, tau=tau).values, None) == slow
+
+
+@pytest.mark.parametrize("tau", [0.1e-9, 0.7e-9])
+def test_each_zone_may_have_a_tail_of_its_own(small, tau):
+    """As with sensors all of whose zones have that tail; light from before the first bin is another matter."""
+    model, shares = ForwardModel(small.light, small.footprints, small.clock), np.array([0.5, 0, 0.1, 0.9])
+    found = model.expected(1e3, [effect.at(share=shares, tau=tau)])
+    for zone, share in enumerate(shares):
+        alone = model.expected(1e3, [effect.at(share=share, tau=tau)])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=1e-4 * alone.max())

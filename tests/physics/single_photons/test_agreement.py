@@ -67,7 +67,12 @@ STRENGTHS = {
         {"level_1": 0.4, "level_2": -0.3, "between_2": 0.2, "level_6": 0.5, "every": 0.05, "background": 1},
         {"jump": -0.6, "jump_at": 0.05},
     ],
-    "impulse_tail": [{"share": 0.5, "tau": 6e-10}, {"share": 0.2, "tau": 3e-9}, {"lingering": 0.3, "duration": 2e-9}],
+    "impulse_tail": [
+        {"share": 0.5, "tau": 6e-10},
+        {"share": 0.2, "tau": 3e-9},
+        {"lingering": 0.3, "duration": 2e-9},
+        {"share": [0.5, 0, 0.1, 0.3], "tau": 4e-10},
+    ],
     "impulse_width": [
         {"broader": 0.5},
         {"broader": -0.4, "centred": 0.2},
