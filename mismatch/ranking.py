@@ -18,7 +18,7 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
     projection = Projection(simulation, fitted)
     by_effect: dict[str, list[Form]] = {}
     for form in forms:
-        if len(form.strengths) <= MOST_STRENGTHS:
+        if len(form.strengths) <= MOST_STRENGTHS and form.free not in form.effect.richer:
             by_effect.setdefault(form.effect.id, []).append(form)
 
     def of_effect(same: list[Form]) -> list[Score]:

@@ -44,6 +44,7 @@ class Effect:
     id: public name. acts_on: one of STAGES. order: among effects that act on the same, the lower comes first.
     sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
     forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
+    richer: those of the forms that are tried only where another of the effect's was chosen and leaves something.
     exact: whether anybody would write it in the same way, so that hardly anything is left of it once it is fitted.
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
@@ -59,6 +60,7 @@ class Effect:
     look_alikes: ClassVar[tuple[LookAlike, ...]] = ()
     order: ClassVar[int] = 0
     forms: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    richer: ClassVar[tuple[tuple[str, ...], ...]] = ()
     exact: ClassVar[bool] = False
 
     @property

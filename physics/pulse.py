@@ -74,12 +74,8 @@ class ImpulseResponse:
 
     def blurred(self, sigma_s: float) -> "ImpulseResponse":
         """The response convolved with a normal density; exact at the edges for a response even within its steps."""
-        sigma = max(sigma_s / self.step_s, NARROWEST)
-        reach = int(np.ceil(CORE_REACH * sigma)) + 1
-        at = np.arange(-reach - 1, reach + 2.0)
-        # Integral of the normal cumulative: its second difference is the share of a step that falls into each other.
-        heaped = at * ndtr(at / sigma) + sigma * np.exp(-0.5 * (at / sigma) ** 2) / np.sqrt(2 * np.pi)
-        probability = np.convolve(self.probability, np.maximum(np.diff(heaped, 2), 0))
+        kernel = blurring(self.step_s, sigma_s)
+        reach, probability = len(kernel) // 2, np.convolve(self.probability, kernel)
         times = self.time_s[0] + self.step_s * np.arange(-reach, len(self.time_s) + reach)
         return ImpulseResponse(times, probability * (self.probability.sum() / probability.sum()))
 
@@ -120,6 +116,16 @@ class ImpulseResponse:
 def arrival(range_m: np.ndarray, time_zero_s: np.ndarray) -> np.ndarray:
     """Nominal arrival, seconds from the start of bin 0, of light that returns from a target at `range_m`."""
     return time_zero_s + 2 * np.asarray(range_m) / speed_of_light
+
+
+def blurring(step_s: float, sigma_s: float) -> np.ndarray:
+    """(2 N + 1,) share of light, even over a step, that a normal deviate of this size puts into each step about it."""
+    sigma = max(sigma_s / step_s, NARROWEST)
+    reach = int(np.ceil(CORE_REACH * sigma)) + 1
+    at = np.arange(-reach - 1, reach + 2.0)
+    # Integral of the normal cumulative: its second difference is the share of a step that falls into each other.
+    heaped = at * ndtr(at / sigma) + sigma * np.exp(-0.5 * (at / sigma) ** 2) / np.sqrt(2 * np.pi)
+    return np.maximum(np.diff(heaped, 2), 0)
 
 
 def tail(step_s: float, tail_s: float) -> tuple[list[float], list[float]]:

@@ -43,6 +43,7 @@ class BinPhase(Effect):
             high=1.0,
             start=0.05,
             vanishes_at=0.0,
+            axis="zone",
             sentence="By what part counts at the best phase exceed their mean.",
         ),
         Parameter(
@@ -52,6 +53,7 @@ class BinPhase(Effect):
             high=1.0,
             start=0.05,
             vanishes_at=0.0,
+            axis="zone",
             sentence="The same where all light of a zone and frame goes by the phase of its mean arrival.",
         ),
         Parameter(
@@ -67,7 +69,7 @@ class BinPhase(Effect):
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The same clock, on a lattice fine enough to tell phases apart."""
-        if values["depth"] == 0:
+        if not np.any(values["depth"]):
             return rendering.clock
         return replace(rendering.clock, least_per_bin=max(rendering.clock.least_per_bin, LEAST_PER_BIN))
 
@@ -78,12 +80,13 @@ class BinPhase(Effect):
         turns = knots_s / rendering.clock.bin_width_s - values["phase"]
         # Light between two knots meets the wave's chord, which is flatter than the wave by sinc².
         wave = np.cos(2 * np.pi * turns) / np.sinc(1 / lattice.per_bin) ** 2
-        times = 1 + values["depth"] * wave
-        if values["whole"]:
+        depth, whole = (np.atleast_1d(values[name])[:, None] for name in ("depth", "whole"))
+        times = 1 + depth * wave
+        if whole.any():
             received = arrivals.light.sum(axis=-1, keepdims=True)
             # Light given to two knots in proportion keeps its mean time.
             mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
-            times = times * (1 + values["whole"] * np.cos(2 * np.pi * mean))
+            times = times * (1 + whole * np.cos(2 * np.pi * mean))
         return replace(arrivals, light=arrivals.light * np.maximum(times, 0))
 
 

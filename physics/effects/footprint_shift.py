@@ -8,7 +8,8 @@ from physics.rendering import Rendering
 class FootprintShift(Effect):
     """All maps are displaced in the image by one vector, the same at every range: a zone weighs u with w(u − shift).
 
-    The mount has tilted since the scan, or image and scan disagree on where a pixel is.
+    The mount has tilted since the scan, or image and scan disagree on where a pixel is. One that slips goes on: after t
+    seconds the shift is (x, y) + (slip_x, slip_y)·t.
     """
 
     id = "footprint_shift"
@@ -23,6 +24,8 @@ class FootprintShift(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: a shift stays, a lag goes."),
         LookAlike("mirrored_zones", "Light one corner alone: after a shift its own zone still answers."),
     )
+    forms = (("x", "y"), ("x", "y", "slip_x", "slip_y"))
+    richer = forms[1:]
     parameters = tuple(
         # A choice: about half the side of the patch that a scan moves, which is what a careless mount gives.
         Parameter(
@@ -35,11 +38,18 @@ class FootprintShift(Effect):
             sentence=f"How far to the {side}, in pixels of the full-size image.",
         )
         for axis, side in (("x", "right"), ("y", "bottom"))
+    ) + tuple(
+        Parameter(f"slip_{axis}", "px/s", -100.0, 100.0, 1.0, "By how much that grows in a second.", vanishes_at=0.0)
+        for axis in "xy"
     )
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """All footprints, moved."""
-        return rendering.footprints.moved(values["x"], values["y"])
+        x, y = values["x"], values["y"]
+        if values["slip_x"] or values["slip_y"]:
+            time_s = rendering.light.time_s[:, None, None]
+            x, y = x + values["slip_x"] * time_s, y + values["slip_y"] * time_s
+        return rendering.footprints.moved(x, y)
 
 
 effect = FootprintShift()

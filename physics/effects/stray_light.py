@@ -6,6 +6,7 @@ import numpy as np
 
 from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.footprint import Footprints
 from physics.rendering import Rendering
 
 
@@ -15,6 +16,12 @@ class StrayLight(Effect):
     Light that is scattered in the lens falls on all zones and is timed by the clock of the zone that counts it. Where
     signals mix after they were timed, as they may between neighbouring wires, they come at the time that they had in
     the zone they are of: `clocks` is the part of it that does.
+
+    What the lens scatters comes from beyond the maps as well: by `glare` each zone also weighs a pixel with
+
+        glare · exp(-x²/2 glare_x² - y²/2 glare_y²)
+
+    of the tangents x/z and y/z of its ray, over the largest response, wherever the zone itself looks.
     """
 
     id = "stray_light"
@@ -26,7 +33,7 @@ class StrayLight(Effect):
         LookAlike("multipath", "Show one zone alone a bright target: stray light is not late, a second bounce is."),
         LookAlike("footprint_blur", "Show one zone alone a target: stray light is in all others, blur in the next."),
     )
-    forms = (("share",), ("share", "clocks"))
+    forms = (("share",), ("share", "clocks"), ("glare", "glare_x", "glare_y"))
     parameters = (
         Parameter(
             "share",
@@ -39,7 +46,21 @@ class StrayLight(Effect):
             sentence="What the zone receives more, as a part of the sum of all zones; about 0.01 is common.",
         ),
         Parameter("clocks", "1", 0.0, 1.0, 0.0, "Part of it that brings its zone's time zero along.", tries=(1.0,)),
+        Parameter(
+            "glare", "1", 0.0, 1.0, 1e-3, "Response to light from the whole field.", vanishes_at=0.0, axis="zone"
+        ),
+        Parameter("glare_x", "1", 0.02, 10.0, 0.3, "How far that reaches to either side, as a tangent."),
+        Parameter("glare_y", "1", 0.02, 10.0, 0.3, "How far it reaches up and down, as a tangent."),
     )
+
+    def footprints(self, values: Values, rendering: Rendering) -> Footprints:
+        """Each zone's, with its glare all over the field."""
+        glare = np.atleast_1d(values["glare"])
+        if not glare.any():
+            return rendering.footprints
+        x, y = np.moveaxis(rendering.light.rays[..., :2], -1, 0)
+        field = np.exp(-((x / values["glare_x"]) ** 2 + (y / values["glare_y"]) ** 2) / 2)
+        return rendering.footprints.changed(lambda weights: weights + glare[:, None, None] * field)
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """In each zone, a share of the sum over zones, moved to this zone's time zero or not."""

@@ -6,13 +6,13 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
-from physics.single_photons.draw import way_m
+from physics.single_photons.draw import by_zone, way_m
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many photons for all as are counted at the best phase."""
-    most = (1 + values["depth"]) * (1 + values["whole"])
+    most = (1 + np.max(values["depth"])) * (1 + np.max(values["whole"]))
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
 
@@ -22,12 +22,13 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     A pulse's place is that of its light's way there and back, by the time zero of its zone; that of a whole pulse is
     the mean over what surfaces send to the zone. Delays that come later are not in it.
     """
-    depth, whole, pixel = values["depth"], values["whole"], photons.pixel != NO_PIXEL
+    depth, whole = (by_zone(world, values[name])[photons.zone] for name in ("depth", "whole"))
+    pixel = photons.pixel != NO_PIXEL
     turn = (world.time_zero_s[photons.zone] + way_m(photons, world) / speed_of_light) / world.bin_width_s
     wave = np.where(pixel, np.cos(2 * np.pi * (turn - values["phase"])), 0)
-    kept = rng.random(len(photons)) * (1 + depth) < 1 + depth * wave
+    kept = rng.random(len(photons)) * (1 + np.max(values["depth"])) < 1 + depth * wave
     swell = np.where(pixel, np.cos(2 * np.pi * (_mean_turns(world) - values["phase"]))[photons.zone], 0)
-    kept &= rng.random(len(photons)) * (1 + whole) < 1 + whole * swell
+    kept &= rng.random(len(photons)) * (1 + np.max(values["whole"])) < 1 + whole * swell
     return photons.only(kept)
 
 

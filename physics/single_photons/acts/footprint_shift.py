@@ -12,5 +12,6 @@ from physics.single_photons.world import World
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """A zone that looks farther right sees of each pixel what it would have seen farther left."""
     how = looking(world)
-    shift = np.array([values["x"], values["y"]], float)[:, None, None]
+    slipped = world.time_s * np.array([values["slip_x"], values["slip_y"]], float)
+    shift = (np.array([values["x"], values["y"]], float) + slipped)[:, None, None]
     return looking_so(world, replace(how, ways=(*how.ways, lambda _: -shift)))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from physics.effect import Values
+from physics.single_photons.draw import by_zone
 from physics.single_photons.world import Photons, World
 
 
@@ -16,6 +17,5 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Each photon that a laser sent has a delay of its own beside that of the pulse."""
-    if values["jitter"] == 0:
-        return photons
-    return replace(photons, time_s=photons.time_s + rng.normal(0.0, values["jitter"], len(photons)))
+    late_s = by_zone(world, values["jitter"])[photons.zone] * rng.standard_normal(len(photons))
+    return replace(photons, time_s=photons.time_s + late_s)

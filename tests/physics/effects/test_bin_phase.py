@@ -121,3 +121,12 @@ def test_the_lattice_is_fine_enough(per_bin):
     assert found.per_bin % per_bin == 0
     assert LEAST_PER_BIN <= found.per_bin < max(2 * LEAST_PER_BIN, per_bin + 1)
     assert effect.clock(effect.vanished().values, SimpleNamespace(clock=clock)) is clock
+
+
+def test_each_zone_may_have_a_depth_of_its_own(small):
+    model, depths = ForwardModel(small.light, small.footprints, small.clock), np.array([0.6, 0, 0.3, 1.0])
+    for name in ("depth", "whole"):
+        found = model.expected(1e3, [effect.at(**{name: depths, "phase": 0.2})])
+        for zone, depth in enumerate(depths):
+            alone = model.expected(1e3, [effect.at(**{name: depth, "phase": 0.2})])
+            np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=2e-3 * alone.max())

@@ -38,3 +38,11 @@ def test_a_whole_pixel_rolls_the_scene_the_other_way(small, faint):
     aside = ForwardModel(replace(small.light, returns=(rolled,)), where, small.clock).expected(1e3)
     found = ForwardModel(small.light, where, small.clock).expected(1e3, [effect.at(x=84.8, y=0)])
     np.testing.assert_allclose(found, aside, atol=1e-5 * aside.max())
+
+
+def test_a_mount_that_slips_has_moved_by_as_much_in_each_frame(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    found = model.expected(1e3, [effect.at(x=9.0, y=-4.0, slip_x=-80.0, slip_y=60.0)])
+    for i, time in enumerate((0.0, 0.1, 0.2)):
+        by_now = model.expected(1e3, [effect.at(x=9.0 - 80 * time, y=-4.0 + 60 * time)])
+        np.testing.assert_allclose(found[i], by_now[i], rtol=1e-9, atol=1e-9 * by_now.max())

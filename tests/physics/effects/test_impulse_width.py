@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 from physics.clock import Clock
 from physics.effects.impulse_width import effect
+from physics.nominal import ForwardModel
 from physics.pulse import ImpulseResponse, tailed_pulse
 from physics.rendering import Rendering
 
@@ -77,3 +78,11 @@ def test_jitter_keeps_light_and_mean_and_adds_its_variance(broader, jitter):
 def _moments(pulse):
     mean = pulse.probability @ pulse.time_s
     return mean, np.sqrt(pulse.probability @ (pulse.time_s - mean) ** 2)
+
+
+def test_clocks_of_zones_may_jitter_by_different_amounts(small):
+    model, jitters = ForwardModel(small.light, small.footprints, small.clock), np.array([3e-10, 0, 5e-11, 1.2e-10])
+    found = model.expected(1e3, [effect.at(jitter=jitters)])
+    for zone, jitter in enumerate(jitters):
+        alone = model.expected(1e3, [effect.at(jitter=jitter)])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=1e-3 * alone.max())

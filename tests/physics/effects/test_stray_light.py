@@ -7,6 +7,7 @@ import numpy as np
 from physics.effects.cover_glass_crosstalk import effect as crosstalk
 from physics.effects.stray_light import effect
 from physics.nominal import ForwardModel
+from tests.physics.conftest import slow_model
 
 
 def model_at(small, time_zero_s, footprints=None):
@@ -44,3 +45,18 @@ def test_crosstalk_is_no_light_of_the_field(small):
     both = model.expected(1e3, [crosstalk.at(), effect.at()])
     apart = model.expected(1e3, [crosstalk.at()]) + model.expected(1e3, [effect.at()]) - model.expected(1e3)
     np.testing.assert_allclose(both, apart, atol=1e-9)
+
+
+def test_glare_comes_from_all_over_the_field(small):
+    """Pixel by pixel: what each sends, times the bell over the field, in every zone that has glare."""
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    glare = np.array([0.02, 0, 0.1, 0.05])
+    found = model.expected(1.0, [effect.at(share=0.0, glare=glare, glare_x=0.4, glare_y=0.2)]) - model.expected(1.0)
+    bell = np.zeros((6, 10))
+    for v, u in np.ndindex(bell.shape):
+        x, y = (u - 4.5) / 7.5, (v - 2.5) / 7.5
+        bell[v, u] = np.exp(-(x**2) / 0.32 - y**2 / 0.08)
+    weights = glare[:, None, None] * bell
+    clock = small.clock
+    closed = slow_model(small.light, weights, clock.bin_width_s, clock.bins, clock.time_zero_s, clock.pulse)
+    np.testing.assert_allclose(found, closed, atol=1e-5 * closed.max())

@@ -37,7 +37,13 @@ STRENGTHS = {
         {"alternation": 0.2, "slope": -0.1, "moved": 0.4},
         {"tap_1": 0.3, "tap_3": -0.4, "tap_6": 0.2, "tap_7": 0.4, "width": 0.5 * np.cos(np.arange(48) ** 2)},
     ],
-    "bin_phase": [{"depth": 0.5}, {"depth": 1, "phase": 0.8}, {"whole": 0.4}, {"depth": 0.3, "whole": 1, "phase": 0.6}],
+    "bin_phase": [
+        {"depth": 0.5},
+        {"depth": 1, "phase": 0.8},
+        {"whole": 0.4},
+        {"depth": 0.3, "whole": 1, "phase": 0.6},
+        {"depth": [0.6, 0, 0.3, 1], "whole": [0.3, 0.5, 0, 0.2]},
+    ],
     "bin_width_error": [
         {"error": 0.03},
         {"error": -0.08},
@@ -58,7 +64,7 @@ STRENGTHS = {
         {"variance": -900, "amount": 0.6, "kept": 0.3},
         {"variance": 900, "taller": -0.8},
     ],
-    "footprint_shift": [{"x": 20, "y": -15}, {"x": -70, "y": 40}],
+    "footprint_shift": [{"x": 20, "y": -15}, {"x": -70, "y": 40}, {"x": 9, "slip_x": -80, "slip_y": 60}],
     "gain_drift": [
         {"rate": 2},
         {"rate": -3, "background": 1},
@@ -78,6 +84,7 @@ STRENGTHS = {
         {"broader": -0.4, "centred": 0.2},
         {"jitter": 2e-10},
         {"broader": 0.3, "jitter": 1e-10},
+        {"jitter": [3e-10, 0, 1e-10, 2e-10]},
     ],
     "interference": [
         {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8},
@@ -161,7 +168,12 @@ STRENGTHS = {
         {"one": 0.6, "spacing": 0.3, "reflectance": 0.7},
         {"one": 0.4, "spacing": -0.2},
     ],
-    "stray_light": [{"share": 0.1}, {"share": [0.3, 0, 0.05, 0.1]}, {"share": 0.2, "clocks": 0.7}],
+    "stray_light": [
+        {"share": 0.1},
+        {"share": [0.3, 0, 0.05, 0.1]},
+        {"share": 0.2, "clocks": 0.7},
+        {"share": 0, "glare": 0.1, "glare_y": 0.2},
+    ],
     "time_lag": [{"lag": 0.03}, {"lag": -0.13}, {"lag": 0.02, "skew": -0.4}],
     "time_zero_drift": [
         {"rate": 3e-9},
