@@ -28,6 +28,7 @@ class Footprints:
     drawings: functions of the maps as a table (P, Y, X), applied in order before the reading; equal ones draw alike.
     changes: functions of weights (..., P, H, W), applied in order after the reading.
     unmoved: the nominal footprints that these were made from; None where these are they.
+    by_zone: (2, P) pixels x, y by which each zone is displaced beside that; None where none is.
     read: what was read before it was redrawn, by frame, for all that are where these are.
 
     Footprints are read from the triangles of the scan, moved or not. Maps end at the hull of the scan, with a jump
@@ -45,6 +46,7 @@ class Footprints:
     drawings: tuple[Change, ...] = ()
     changes: tuple[Change, ...] = ()
     unmoved: "Footprints | None" = None
+    by_zone: np.ndarray | None = None
     read: dict[int, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -77,6 +79,9 @@ class Footprints:
         """(H, W, P) weights of one frame, moved and redrawn, before changes."""
         x_px, y_px = (a[frame] if a.ndim == 3 else a for a in (self.x_px, self.y_px))
         read = self.read.get(frame)
+        if read is None and self.by_zone is not None:
+            each = [self._moved(x_px - x, y_px - y)[..., p] for p, (x, y) in enumerate(self.by_zone.T)]
+            self.read[frame] = read = np.stack(each, axis=-1)
         if read is None:
             read = self._moved(x_px, y_px)
             if self.x_px.size * read.shape[-1] <= MANY:
@@ -89,7 +94,7 @@ class Footprints:
     def _moved(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
         """(H, W, P) weights read at these points, (H, W) each."""
         nominal = self.unmoved
-        if self.x_px is nominal.x_px:
+        if x_px is nominal.x_px:
             return nominal._nominal
         read = np.moveaxis(self.field.faded(x_px, y_px), 0, -1) / self.scale
         square = (x_px - nominal.x_px) ** 2 + (y_px - nominal.y_px) ** 2
@@ -120,6 +125,11 @@ class Footprints:
         """The footprints displaced in the full-size image by x, y pixels: scalars, (H, W) or (F, H, W)."""
         x, y = (np.array(a) for a in np.broadcast_arrays(self.x_px - x_px, self.y_px - y_px))
         return replace(self, x_px=x, y_px=y, unmoved=self.unmoved or self, read={})
+
+    def zones_moved(self, x_px: np.ndarray, y_px: np.ndarray) -> "Footprints":
+        """The footprints with each zone displaced by its own x, y pixels, (P,) each, and by what there was before."""
+        before = 0.0 if self.by_zone is None else self.by_zone
+        return replace(self, by_zone=before + np.stack([x_px, y_px]), unmoved=self.unmoved or self, read={})
 
     def redrawn(self, drawing: Change) -> "Footprints":
         """The footprints of maps changed by `drawing`, a function of (P, Y, X) counts at whole pixels."""

@@ -1,5 +1,7 @@
 """`footprint_shift`: zones look beside where their maps say."""
 
+import numpy as np
+
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
 from physics.rendering import Rendering
@@ -9,7 +11,8 @@ class FootprintShift(Effect):
     """All maps are displaced in the image by one vector, the same at every range: a zone weighs u with w(u − shift).
 
     The mount has tilted since the scan, or image and scan disagree on where a pixel is. One that slips goes on: after t
-    seconds the shift is (x, y) + (slip_x, slip_y)·t.
+    seconds the shift is (x, y) + (slip_x, slip_y)·t. Zones may be displaced by different amounts, as where the scan of
+    one of them was.
     """
 
     id = "footprint_shift"
@@ -24,8 +27,9 @@ class FootprintShift(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: a shift stays, a lag goes."),
         LookAlike("mirrored_zones", "Light one corner alone: after a shift its own zone still answers."),
     )
-    forms = (("x", "y"), ("x", "y", "slip_x", "slip_y"))
-    richer = forms[1:]
+    # Zone by zone either is tried alone: together they would be tried along the diagonal.
+    forms = (("x", "y"), ("x",), ("y",), ("x", "y", "slip_x", "slip_y"))
+    richer = forms[3:]
     parameters = tuple(
         # A choice: about half the side of the patch that a scan moves, which is what a careless mount gives.
         Parameter(
@@ -35,6 +39,7 @@ class FootprintShift(Effect):
             high=100.0,
             start=6.0,
             vanishes_at=0.0,
+            axis="zone",
             sentence=f"How far to the {side}, in pixels of the full-size image.",
         )
         for axis, side in (("x", "right"), ("y", "bottom"))
@@ -45,11 +50,17 @@ class FootprintShift(Effect):
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """All footprints, moved."""
-        x, y = values["x"], values["y"]
+        found, x, y = rendering.footprints, values["x"], values["y"]
+        if np.ndim(x) or np.ndim(y):
+            zones = found.zone_grid[0] * found.zone_grid[1]
+            found = found.zones_moved(np.broadcast_to(x, zones), np.broadcast_to(y, zones))
+            x, y = 0.0, 0.0
+            if not (values["slip_x"] or values["slip_y"]):
+                return found
         if values["slip_x"] or values["slip_y"]:
             time_s = rendering.light.time_s[:, None, None]
             x, y = x + values["slip_x"] * time_s, y + values["slip_y"] * time_s
-        return rendering.footprints.moved(x, y)
+        return found.moved(x, y)
 
 
 effect = FootprintShift()

@@ -23,7 +23,8 @@ class Looking(ResponseMaps):
     """Response maps that are not read where a pixel is, or not as they were taken.
 
     taken: the maps as they were taken. ways: functions of a world that say by how much farther right and down than
-    each pixel its weights are read, (2, H, W) pixels of the full-size image or what broadcasts to it; they add up.
+    each pixel its weights are read, (2, H, W) pixels of the full-size image, (2, P, H, W) where zones differ, or what
+    broadcasts to either; they add up.
     redrawn: (P, Y, X) counts at the places of `table`, what they have become; None where they are as taken.
     """
 
@@ -50,7 +51,14 @@ def looking_so(world: World, how: Looking) -> World:
     """
     maps, shape = how.taken, world.depth_m.shape
     home = np.stack(pixel_places(maps, shape))
-    away = sum((way(world) for way in how.ways), np.zeros_like(home))
+    ways = [way(world) for way in how.ways]
+    if any(way.ndim == 4 for way in ways):
+        alike = [way if way.ndim == 4 else way[:, None] for way in ways]
+        each = np.broadcast_to(sum(alike), (2, world.zones, *shape))
+        alone = [replace(how, ways=(lambda _, away=away: away,)) for away in np.moveaxis(each, 1, 0)]
+        weights = np.stack([looking_so(world, one).weights[zone] for zone, one in enumerate(alone)])
+        return replace(world, maps=how, weights=weights)
+    away = sum(ways, np.zeros_like(home))
     counts = responses_at(maps, *home)
     moves = (away != 0).any(axis=0)
     if moves.any():

@@ -46,3 +46,12 @@ def test_a_mount_that_slips_has_moved_by_as_much_in_each_frame(small):
     for i, time in enumerate((0.0, 0.1, 0.2)):
         by_now = model.expected(1e3, [effect.at(x=9.0 - 80 * time, y=-4.0 + 60 * time)])
         np.testing.assert_allclose(found[i], by_now[i], rtol=1e-9, atol=1e-9 * by_now.max())
+
+
+def test_each_zone_may_be_displaced_by_its_own_amount(small):
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    x, y = np.array([40.0, 0, -20, 9]), np.array([0.0, 30, -9, 50])
+    found = model.expected(1e3, [effect.at(x=x, y=y)])
+    for zone in range(4):
+        alone = model.expected(1e3, [effect.at(x=x[zone], y=y[zone])])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone], rtol=1e-6, atol=1e-9 * alone.max())

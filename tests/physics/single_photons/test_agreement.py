@@ -64,7 +64,12 @@ STRENGTHS = {
         {"variance": -900, "amount": 0.6, "kept": 0.3},
         {"variance": 900, "taller": -0.8},
     ],
-    "footprint_shift": [{"x": 20, "y": -15}, {"x": -70, "y": 40}, {"x": 9, "slip_x": -80, "slip_y": 60}],
+    "footprint_shift": [
+        {"x": 20, "y": -15},
+        {"x": -70, "y": 40},
+        {"x": 9, "slip_x": -80, "slip_y": 60},
+        {"x": [40, 0, -20, 9], "y": [0, 30, -9, 50], "slip_x": 50},
+    ],
     "gain_drift": [
         {"rate": 2},
         {"rate": -3, "background": 1},
