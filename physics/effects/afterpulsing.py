@@ -52,6 +52,7 @@ class Afterpulsing(Effect):
             high=1.0,
             start=0.01,
             vanishes_at=0.0,
+            axis="zone",
             sentence="Afterpulses for each event.",
         ),
         Parameter(
@@ -66,11 +67,11 @@ class Afterpulsing(Effect):
         Parameter(
             "dead",
             unit="s",
-            low=0.0,
+            low=-1e-9,
             high=2e-8,
             start=0.0,
             tries=(5e-10, 3e-9),
-            sentence="How long after an event's bin none is released or counted.",
+            sentence="How long after an event's bin none is released or counted; some are within it where negative.",
         ),
         Parameter("ambient", "1", 0.0, 1.0, 1.0, "Part of the background whose afterpulses are not in it yet."),
         Parameter(
@@ -84,24 +85,28 @@ class Afterpulsing(Effect):
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """An echo at once that is over in a nanosecond is a tail of the pulse."""
-        return values["probability"] > 0 and values["tau"] < SOONEST_S and values["dead"] < rendering.clock.bin_width_s
+        quick = values["tau"] < SOONEST_S and values["dead"] < rendering.clock.bin_width_s
+        return quick and bool(np.any(values["probability"]))
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts and their echoes, of one kind of trap or two."""
         found = events = rendering.expected
         if values["ambient"] != 1:
             events = np.maximum(events - (1 - values["ambient"]) * rendering.background, 0)
-        for probability, times in (("probability", 1.0), ("slower", values["times"])):
-            if values[probability]:
+        for name, times in (("probability", 1.0), ("slower", values["times"])):
+            probability = np.asarray(values[name], float)
+            probability = probability[:, None] if probability.ndim else probability
+            if probability.any():
                 tau, width = times * values["tau"], rendering.clock.bin_width_s
-                found = found + values[probability] * _echo(events, width, tau, values["dead"], values["heavy"])
+                found = found + probability * _echo(events, width, tau, values["dead"], values["heavy"])
         return found
 
 
 def _echo(counts: np.ndarray, width: float, tau: float, dead: float, heavy: float) -> np.ndarray:
     """(..., T) afterpulses of counts (..., T) with one for each event, lost ones left out."""
     bins = counts.shape[-1]
-    waited = np.maximum(np.arange(bins + 1) * width - width - dead, 0) / tau
+    # None comes before the event's own bin.
+    waited = np.maximum(np.arange(bins + 1) * width - width - max(dead, -width), 0) / tau
     held = np.exp(-waited) if heavy < EXPONENTIAL else (1 + heavy * waited) ** (-1 / heavy)
     released = -np.diff(held)  # So many bins later.
     return counts @ np.triu(toeplitz(released))

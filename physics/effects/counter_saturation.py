@@ -40,13 +40,15 @@ class CounterSaturation(Effect):
             low=2.0,
             high=2.0**32,
             start=255.0,
+            axis="zone",
             sentence="The largest count that a bin can show, 255 for 8 bits.",
         ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """The mean of clipped Poisson counts."""
-        mean, ceiling = rendering.expected, values["ceiling"]
+        mean, ceiling = rendering.expected, np.asarray(values["ceiling"], float)
+        ceiling = ceiling[:, None] if ceiling.ndim else ceiling
         shown = mean * gammaincc(ceiling - 1, mean) + ceiling * gammainc(ceiling, mean)
         return mean + values["lost"] * (shown - mean)
 

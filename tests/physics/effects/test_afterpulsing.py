@@ -43,7 +43,7 @@ def test_one_pulse_is_followed_by_a_geometric_series(probability, tau):
     np.testing.assert_allclose(found.sum(), 1000 * (1 + probability), rtol=1e-9)
 
 
-@pytest.mark.parametrize("dead", [0.0, 0.1e-9, 0.4e-9, 1.7e-9, 1e-8])
+@pytest.mark.parametrize("dead", [-0.4e-9, -0.1e-9, 0.0, 0.1e-9, 0.4e-9, 1.7e-9, 1e-8])
 def test_none_is_released_in_the_hold_off(dead):
     """Shares of an exponential distribution that begins so late, bin by bin."""
     tau, counts = 1.3e-9, np.zeros(60)
@@ -96,3 +96,11 @@ def test_a_tail_that_is_hardly_heavy_is_exponential():
     counts = np.random.default_rng(1).random(60)
     light, heavy = (seen(counts, probability=0.4, tau=1.3e-9, heavy=value) for value in (0.0, 2e-6))
     np.testing.assert_allclose(heavy, light, atol=1e-6)
+
+
+def test_zones_may_have_traps_of_their_own(small):
+    model, probabilities = ForwardModel(small.light, small.footprints, small.clock, 3.0), np.array([0.4, 0.1, 0, 0.3])
+    found = model.expected(1e3, [effect.at(probability=probabilities, tau=2e-9)])
+    for zone, probability in enumerate(probabilities):
+        alone = model.expected(1e3, [effect.at(probability=probability, tau=2e-9)])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone])

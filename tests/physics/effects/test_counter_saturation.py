@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import poisson
 
 from physics.effects.counter_saturation import effect
+from physics.nominal import ForwardModel
 
 
 def shown(mean, ceiling, lost=1.0):
@@ -42,3 +43,11 @@ def test_few_counts_are_not_touched():
 def test_a_counter_that_goes_on_counting_is_another_cause():
     assert effect.strained(effect.at(lost=0.3, ceiling=100).values, None)
     assert not effect.strained(effect.at(lost=0.9, ceiling=100).values, None)
+
+
+def test_zones_may_have_counters_of_their_own(small):
+    model, ceilings = ForwardModel(small.light, small.footprints, small.clock, 3.0), np.array([40.0, 60, 5000, 50])
+    found = model.expected(1e3, [effect.at(ceiling=ceilings)])
+    for zone, ceiling in enumerate(ceilings):
+        alone = model.expected(1e3, [effect.at(ceiling=ceiling)])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone])

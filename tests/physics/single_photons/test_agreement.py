@@ -20,6 +20,7 @@ STRENGTHS = {
         {"probability": 0.4, "tau": 2e-9, "dead": 9e-10},
         {"probability": 0.3, "tau": 8e-10, "dead": 5e-10, "slower": 0.2, "times": 4},
         {"probability": 0.4, "tau": 2e-9, "ambient": 0.3},
+        {"probability": [0.4, 0.1, 0, 0.3], "tau": 2e-9, "dead": -1.3e-10},
         {"probability": 0.4, "tau": 1e-9, "dead": 5e-10, "heavy": 2},
     ],
     "ambient_pedestal": [
@@ -51,7 +52,7 @@ STRENGTHS = {
         {"error": 0, "warmup": 0.01, "tau": 0.1},
         {"error": -0.03, "warmup": -0.01, "tau": 0.05, "zero_in_seconds": 0.4},
     ],
-    "counter_saturation": [{"ceiling": 60}, {"ceiling": 40, "lost": 0.6}],
+    "counter_saturation": [{"ceiling": 60}, {"ceiling": 40, "lost": 0.6}, {"ceiling": [40, 60, 500, 50]}],
     "cover_glass_crosstalk": [
         {"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
