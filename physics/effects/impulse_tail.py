@@ -51,7 +51,7 @@ class ImpulseTail(Effect):
             "tau",
             unit="s",
             low=1e-12,
-            high=3e-9,
+            high=SLOWEST_S,
             start=3e-10,
             tries=(1e-10, 3e-10, 1e-9),
             sentence="Mean delay.",
@@ -75,10 +75,6 @@ class ImpulseTail(Effect):
             sentence="Time after which it stops.",
         ),
     )
-
-    def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A tail of many nanoseconds is an echo of the detector's."""
-        return bool(np.any(values["share"])) and values["tau"] > SLOWEST_S
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The pulse, delayed in part."""

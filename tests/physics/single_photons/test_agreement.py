@@ -81,7 +81,7 @@ STRENGTHS = {
     ],
     "impulse_tail": [
         {"share": 0.5, "tau": 6e-10},
-        {"share": 0.2, "tau": 3e-9},
+        {"share": 0.2, "tau": 2e-9},
         {"lingering": 0.3, "duration": 2e-9},
         {"share": [0.5, 0, 0.1, 0.3], "tau": 4e-10},
     ],
