@@ -61,7 +61,7 @@ class Afterpulsing(Effect):
             low=2e-10,
             high=1e-6,
             start=5e-9,
-            tries=(5e-10, 2e-9, 5e-9, 2e-8),
+            tries=(1e-9, 4e-9, 2e-8),
             sentence="Mean delay of an afterpulse, after the hold-off.",
         ),
         Parameter(

@@ -58,7 +58,7 @@ class BinWidthError(Effect):
             sentence="By what part bins are wider than assumed, narrower where negative.",
         ),
         Parameter("warmup", "1", -0.05, 0.05, 0.01, "Part by which they become wider as it warms up.", vanishes_at=0.0),
-        Parameter("tau", "s", 1e-2, 1e4, 1.0, "Time constant of the warming up.", tries=(0.3, 1.0, 3.0, 30.0)),
+        Parameter("tau", "s", 1e-2, 1e4, 1.0, "Time constant of the warming up.", tries=(0.5, 5.0)),
         Parameter(
             "zero_in_seconds",
             unit="1",

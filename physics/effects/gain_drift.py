@@ -73,7 +73,7 @@ class GainDrift(Effect):
             low=1e-2,
             high=1e4,
             start=1.0,
-            tries=(0.3, 1.0, 3.0, 30.0),
+            tries=(0.5, 5.0),
             sentence="Time constant of the warming up.",
         ),
         *walk_parameters("1", 5.0, 0.05),

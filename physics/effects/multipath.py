@@ -13,6 +13,9 @@ from physics.rendering import Rendering
 from physics.sensor_face import from_face
 from physics.walls_around import by_walls_around, likely_distances
 
+# Directions of a plane outside the view that a fit begins with.
+SIDES_DEG = (0.0, 90.0, 180.0, -90.0)
+
 
 class Multipath(Effect):
     """Five ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
@@ -137,7 +140,6 @@ class Multipath(Effect):
             low=-360.0,
             high=360.0,
             start=90.0,
-            tries=(0.0, 90.0, 180.0, -90.0),
             sentence="Direction of the plane in the image, then: 0 to the right, 90 down.",
         ),
         Parameter(
@@ -152,10 +154,9 @@ class Multipath(Effect):
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Walls and planes on all sides by way of which light is about as late as what is in excess."""
-        sides = self.parameter("outside_azimuth").tries
         found = []
         for away in likely_distances(excess, expected, rendering):
-            found += [{"outside_distance": away, "outside_azimuth": side} for side in sides]
+            found += [{"outside_distance": away, "outside_azimuth": side} for side in SIDES_DEG]
             found.append({"around_distance": away})
         return found
 

@@ -139,7 +139,7 @@ class ReflectanceMap(Effect):
             low=0.01,
             high=3.0,
             start=0.2,
-            tries=(0.08, 0.25),
+            tries=(0.15,),
             sentence="Standard deviation of the spot, as a tangent.",
         ),
         *(

@@ -72,7 +72,7 @@ class TimeZeroDrift(Effect):
             low=1e-2,
             high=1e4,
             start=1.0,
-            tries=(0.3, 1.0, 3.0, 30.0),
+            tries=(0.5, 5.0),
             sentence="Time constant of the warming up.",
         ),
         Parameter(
