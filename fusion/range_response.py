@@ -128,8 +128,7 @@ def window_ranges(sensor: SensorModel) -> np.ndarray:
 
 def _taken(effects: Iterable[Setting]) -> tuple[Setting, ...]:
     """The effects that are the sensor's own, whatever the scene."""
-    scene = {"light", "footprints"}
-    return tuple(s for s in effects if not scene & set(s.effect.changes) and not s.effect.reaches(s.values))
+    return tuple(s for s in effects if not s.effect.in_scene(s.values) and not s.effect.reaches(s.values))
 
 
 def _dark(sensor: SensorModel, ranges: np.ndarray) -> tuple[tuple[Setting, ...], np.ndarray]:

@@ -111,6 +111,10 @@ class Effect:
         """Whether it does so beside what the light of some frames knows of all: which surface is which."""
         return self.reaches(values)
 
+    def in_scene(self, values: Values) -> bool:
+        """Whether, at these values, it changes what the scene sends back or where zones look."""
+        return bool({"light", "footprints"} & set(self.changes))
+
     def looks(self, values: Values) -> bool:
         """Whether, at these values, it looks at what was recorded to see where things are in each frame."""
         return False

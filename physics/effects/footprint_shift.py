@@ -51,13 +51,15 @@ class FootprintShift(Effect):
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """All footprints, moved."""
         found, x, y = rendering.footprints, values["x"], values["y"]
+        # Where there are no frames it is as at the session's beginning.
+        slips = rendering.light is not None and bool(values["slip_x"] or values["slip_y"])
         if np.ndim(x) or np.ndim(y):
             zones = found.zone_grid[0] * found.zone_grid[1]
             found = found.zones_moved(np.broadcast_to(x, zones), np.broadcast_to(y, zones))
             x, y = 0.0, 0.0
-            if not (values["slip_x"] or values["slip_y"]):
+            if not slips:
                 return found
-        if values["slip_x"] or values["slip_y"]:
+        if slips:
             time_s = rendering.light.time_s[:, None, None]
             x, y = x + values["slip_x"] * time_s, y + values["slip_y"] * time_s
         return found.moved(x, y)

@@ -116,6 +116,10 @@ class SecondSurface(Effect):
         """Which surface is which a part of the frames knows."""
         return False
 
+    def in_scene(self, values: Values) -> bool:
+        """One translucent thing is; a pane before the sensor is not."""
+        return bool(values["one"])
+
     def light(self, values: Values, rendering: Rendering) -> Light:
         """Of one thing, in part once more from farther away or nearer."""
         light, spacing = rendering.light, values["spacing"]

@@ -53,6 +53,10 @@ class StrayLight(Effect):
         Parameter("glare_y", "1", 0.02, 10.0, 0.3, "How far it reaches up and down, as a tangent."),
     )
 
+    def in_scene(self, values: Values) -> bool:
+        """Glare is; what zones give each other is not."""
+        return bool(np.any(values["glare"]))
+
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Each zone's, with its glare all over the field."""
         glare = np.atleast_1d(values["glare"])

@@ -103,3 +103,12 @@ def test_ranges_that_cannot_be_are_refused(rig, ranges):
 def test_a_window_without_range_is_refused(rig):
     with pytest.raises(Refusal, match="its window ends"):
         range_response(replace(rig.sensor, time_zero_s=np.full(4, 47.5 * 2.6e-10)))
+
+
+def test_a_pane_is_the_sensors_and_one_translucent_thing_the_scenes(rig):
+    pane, thing = (
+        range_response(replace(rig.sensor, effects=(find_effect("second_surface").at(spacing=0.3, **which),)))
+        for which in ({"passed": 0.2}, {"one": 0.2})
+    )
+    np.testing.assert_allclose(thing.counts, rig.response.counts, atol=1e-9)
+    assert np.abs(pane.counts - rig.response.counts).max() > 0.05 * rig.response.counts.max()

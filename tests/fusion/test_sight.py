@@ -116,3 +116,11 @@ def test_what_does_not_fit_is_refused(rig):
         sight(rig.maps, (24, 32), INTRINSICS, np.eye(3))
     with pytest.raises(Refusal, match="camera grid"):
         sight(rig.maps, (0, 32), INTRINSICS)
+
+
+def test_a_mount_that_slips_is_where_it_was_at_the_beginning(rig):
+    slipping, shifted = (
+        sight(rig.maps, (24, 32), INTRINSICS, effects=(find_effect("footprint_shift").at(x=6.0, **more),))
+        for more in ({"slip_x": 5.0}, {})
+    )
+    np.testing.assert_array_equal(slipping.weights, shifted.weights)
