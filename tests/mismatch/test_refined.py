@@ -47,7 +47,7 @@ def test_what_is_newly_free_begins_where_its_form_does():
     assert longer.start["longer"] > 0
 
 
-@pytest.mark.parametrize("name", ["ambient_pedestal", "range_aliasing", "interference", "impulse_tail"])
+@pytest.mark.parametrize("name", ["ambient_pedestal", "range_aliasing", "interference", "time_lag"])
 def test_richer_forms_hold_all_that_the_form_has(name):
     form = common(name)
     found = list(richer(form, FORMS))
@@ -59,7 +59,7 @@ def test_richer_forms_hold_all_that_the_form_has(name):
         assert (other.free, other.own) != (form.free, form.own)
         # A fit may begin where the other ended.
         assert len(other.coordinates_of(form.setting(form.at_start()))) == len(other.coordinates)
-    assert (name != "impulse_tail") == any(other.own for other in found)
+    assert (name != "time_lag") == any(other.own for other in found)
     if name == "range_aliasing":
         assert any(other.own == ("counts", "apparent_range") for other in found)
 
