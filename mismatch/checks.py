@@ -133,5 +133,5 @@ def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
                 worst, where = p, zone
         p_value = min(1.0, worst * counts.shape[1])
         said = f"counts of zone {where} divided by {step} leave some remainders more often than others"
-        out.append(Check(p_value, said, foreign=True))
+        out.append(Check(p_value, said))  # Counters that are full leave one remainder, too.
     return out

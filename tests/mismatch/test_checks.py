@@ -29,6 +29,7 @@ def test_a_wave_through_frames_and_bins_is_found_where_it_is():
     found = wave(white(2) + 0.2 * np.sin(2 * np.pi * (5 * t / 48 - 3 * f / 24)))
     assert found.p_value < 1e-6
     assert "5 periods over the bins, 3 over the frames" in found.sentence
+    assert found.foreign
 
 
 @pytest.mark.parametrize("mean", [0.3, 3.0, 80.0])

@@ -114,6 +114,16 @@ def test_a_stranger_is_unknown(rig, simulated):
     assert json.loads(verdict.text(), parse_constant=fail_on_constant)["verdict"] == "unknown"
 
 
+def test_a_wave_is_never_negligible(rig, simulated):
+    """A pedestal that is far stronger takes up none of a wave with another phase in every frame."""
+    mean = rig.expected() + 40.0
+    frames, zones, bins = np.indices(mean.shape)
+    mean = mean + 3.0 * np.sin(2 * np.pi * (bins / 6 + frames * 5 / 24 + zones / 2))
+    verdict = explain(simulated(np.random.default_rng(4).poisson(mean))).verdict
+    assert "ambient_pedestal" in [effect.id for effect in verdict.effects]
+    assert verdict.verdict == "unknown"
+
+
 def test_what_leaves_much_is_no_explanation_however_much_it_takes_up(rig, simulated):
     """A bit that is stuck from the third frame on: a pedestal takes up nearly all, but for the two frames before."""
     mean = rig.expected().copy()
