@@ -11,6 +11,9 @@ LEVELS = tuple(f"level_{k}" for k in range(1, 7))
 BETWEEN = tuple(f"between_{k}" for k in range(1, 7))
 # A jump takes this long, seconds: nothing for any sensor.
 JUMP_S = 1e-4
+# Only the data say how long a session is: with levels no longer apart than this, where a fit begins that was not told,
+# there is no walk. It would be a constant, which is an offset.
+SHORTEST_S = 1e-3
 TINY = 1e-12
 
 
@@ -21,7 +24,9 @@ def walk_parameters(unit: str, most: float, start: float) -> tuple[Parameter, ..
     heights += [("jump", "By how much it is higher after a jump.")]
     return (
         *(Parameter(name, unit, -most, most, start, said, vanishes_at=0.0) for name, said in heights),
-        Parameter("every", "s", 1e-3, 1e5, 1e-3, "Time from one level to the next, as long as the session says."),
+        Parameter(
+            "every", "s", SHORTEST_S, 1e5, SHORTEST_S, "Time from one level to the next, as long as the session says."
+        ),
         Parameter("jump_at", "s", 0.0, 1e5, 0.0, "When it jumps."),
     )
 
@@ -36,7 +41,7 @@ def walked(values: Values, time_s: np.ndarray) -> np.ndarray:
     heights[::2] = level
     heights[1::2] = (level[1:] + level[:-1]) / 2 + [values[name] for name in BETWEEN]
     found = values["jump"] * expit((time_s - values["jump_at"]) / JUMP_S)
-    if not heights.any():
+    if values["every"] <= SHORTEST_S or not heights.any():
         return found
     at = np.clip(2 * time_s / values["every"], 0, len(heights) - 1)
     return found + CubicSpline(np.arange(len(heights)), heights, bc_type="natural")(at)

@@ -39,3 +39,7 @@ def test_the_clearest_split_is_where_heights_jump(at):
     times, weight = np.cumsum(rng.uniform(0.1, 0.2, 10)), rng.uniform(1, 3, 10)
     heights = np.where(np.arange(10) < at, 0.0, 1.0) + 0.02 * rng.normal(size=10)
     assert _split(times, heights, weight) == pytest.approx((times[at - 1] + times[at]) / 2)
+
+
+def test_levels_that_are_nowhere_are_no_offset():
+    np.testing.assert_array_equal(walked(GONE | {"level_1": 0.3, "level_6": 0.5}, np.array([0.0, 1.0])), 0.0)
