@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mismatch.candidates import MINOR_AS_EXPECTED
 from mismatch.capture import best_capture
 from mismatch.fit import Fit, on_others
 from mismatch.form import Form, error_of, to_value
@@ -48,10 +49,13 @@ def _contest(found: list[Rival]) -> Contest:
 
 
 def standing(train: Simulation, test: Simulation, judged: Fit) -> Fit:
-    """The fit less every effect without which frames held out fit as well: others have come to say what it said."""
+    """The fit less every effect without which frames held out fit nearly as well: others have come to say what it said.
+
+    One that came first may have become too little to be a cause of its own.
+    """
     for form in judged.forms if len(judged.forms) > 1 else ():
         less = without(train, judged, form)
-        if on_others(test, less)[1] <= on_others(test, judged)[1]:
+        if on_others(test, less)[1] - on_others(test, judged)[1] < MINOR_AS_EXPECTED:
             return standing(train, test, less)
     return judged
 

@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 
 from physics.geometry import incidence_cosine, inverse_pinhole, pixel_rays
+from physics.materials import materials, parts
 from physics.motion import Motion
 from physics.pages import zeros
 from physics.segments import segments
@@ -78,6 +79,22 @@ class Light:
             return segments(self.range_m, self.intrinsics)
         every, frames = self.part_of
         return every.surfaces[frames]
+
+    @cached_property
+    def materials(self) -> np.ndarray:
+        """(F, H, W) int32 number of the material at each pixel, told by assumed reflectance as `materials` does."""
+        if self.part_of is None:
+            return materials(self.assumed_reflectance, self.surfaces)
+        every, frames = self.part_of
+        return every.materials[frames]
+
+    @cached_property
+    def pieces(self) -> np.ndarray:
+        """(F, H, W) int32 number of the part of a surface that is of one material, the largest first; 0 at none."""
+        if self.part_of is None:
+            return parts(self.surfaces, self.materials)
+        every, frames = self.part_of
+        return every.pieces[frames]
 
     def of(self, chosen: np.ndarray) -> "Light":
         """Some of the frames, by index (N,)."""

@@ -6,6 +6,7 @@ from scipy.special import expit
 from physics.effect import Values
 from physics.light import Light
 from physics.texture import PRODUCTS, texture
+from physics.told_apart import numbers
 
 # The reflectance that contrast leaves as it is. One number for all scenes, so that frames do not depend on each other;
 # which one does not matter where a gain is fitted.
@@ -47,7 +48,7 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
         range_m = np.where(light.range_m > 0, light.range_m, np.inf)
         found = found + values["near"] * expit((np.log(values["near_range"]) - np.log(range_m)) / NEAR_EDGE)
     if by_surface(values):
-        number = light.surfaces
+        number = numbers(values, light)
         each = np.zeros(max(int(number.max(initial=0)), LAST, round(values["surface"])) + 1)
         each[2 : LAST + 1] = [values[name] for name in SURFACES]
         each[round(values["surface"])] += values["one"]

@@ -8,6 +8,7 @@ from scipy.constants import speed_of_light
 from physics.arrivals import arrivals
 from physics.rendering import Rendering
 from physics.replicas import DARK, correlation, peaks
+from physics.told_apart import numbers, surfaces_alone
 
 # So many of the largest surfaces are looked at; their pixels may move through many frames.
 LARGEST = 8
@@ -17,10 +18,12 @@ BRIGHT = 100.0
 
 @dataclass(frozen=True)
 class SurfaceReplica:
-    """A second pulse of one surface. surface: its number. spacing_m: behind it, negative before it. evidence: square of
-    how many standard deviations there are more counts there than expected."""
+    """A second pulse of one surface. surface: values that choose it. spacing_m: behind it, negative before it.
 
-    surface: int
+    evidence: square of how many standard deviations there are more counts there than expected.
+    """
+
+    surface: dict[str, float]
     spacing_m: float
     evidence: float
 
@@ -40,8 +43,9 @@ def surface_replicas(
     shifts = np.arange(1 - bins, bins)
     apart = np.abs(shifts) * clock.bin_width_s > max(long_s, clock.bin_width_s)
     found = []
-    for number in range(1, min(LARGEST, int(light.surfaces.max())) + 1):
-        only = replace(direct, strength=np.where(light.surfaces == number, direct.strength, 0))
+    for which in surfaces_alone(light, LARGEST):
+        there = numbers(which, light) == which["surface"]
+        only = replace(direct, strength=np.where(there, direct.strength, 0))
         seen = arrivals(replace(light, returns=(only,)), rendering.footprints, clock).binned() * rendering.gain
         if seen.sum() < BRIGHT:
             continue
@@ -51,5 +55,5 @@ def surface_replicas(
         evidence = np.where(shown, np.maximum(promised, 0) ** 2 / np.where(shown, information, 1), 0)
         for at, much in peaks(evidence)[:1]:
             metres = (at - (bins - 1)) * clock.bin_width_s * speed_of_light / 2
-            found.append(SurfaceReplica(number, float(metres), much))
+            found.append(SurfaceReplica(which, float(metres), much))
     return sorted(found, key=lambda one: -one.evidence)[:most]

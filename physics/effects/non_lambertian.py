@@ -7,11 +7,14 @@ import numpy as np
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.rendering import Rendering
+from physics.told_apart import WHICH, numbers, surfaces_alone
 
 # Surfaces that a fit tries alone.
 ALONE = 4
 # Exponent of the widest lobe of one surface.
 WIDEST = 2.0
+# Parts of surfaces that have lobes of their own at once, the largest.
+GLOSSES = tuple(f"gloss_{k}" for k in range(1, 9))
 # Reflectance below which a varnish shows no more.
 DARKEST = 0.02
 
@@ -29,6 +32,9 @@ class NonLambertian(Effect):
     equal, is cosθ^(2k - 1), so that k is 1 + power/2; power -1, k = ½, is the moon, as bright at its rim as amid.
     A varnish reflects at its surface, whatever the pigment below: with `pigment` 0 all surfaces have the lobe of one of
     reflectance ½, with 1 it goes with theirs, in between lobe · (2ρ)^(pigment - 1). What is black sends nothing.
+    A lobe may have another shape, (1 + tail·tan²θ)^(-exponent/(2·tail)): facets whose slopes have a Student's
+    t-distribution (Ribardière et al. 2017, "STD", Computer Graphics Forum 36), which is the power of the cosine with
+    tail 1 and, towards 0, the Gaussian of Beckmann and Spizzichino (1963).
     Energy is not kept: what goes elsewhere is never seen from here. One surface may have a lobe of its own beside that,
     gloss · cosθ^gloss_exponent: surfaces are told apart and followed through the frames by their geometry, the largest
     first (`segments`). As one surface may meet the light at much the same angle in all frames, a lobe of its own that
@@ -44,7 +50,17 @@ class NonLambertian(Effect):
         LookAlike("range_falloff", "Tilt one surface at a fixed range: only a lobe changes."),
         LookAlike("multipath", "Take away everything but the one surface: its lobe stays, a second bounce goes."),
     )
-    forms = (("lobe", "exponent"), ("lobe", "exponent", "pigment"), ("power",), ("gloss", "gloss_exponent"))
+    forms = (
+        ("lobe", "exponent"),
+        ("lobe", "exponent", "pigment"),
+        ("power",),
+        ("gloss", "gloss_exponent"),
+        ("lobe", "exponent", "pigment", "tail"),
+        ("gloss", "gloss_exponent", "tail"),
+        ("lobe", "exponent", "tail", *GLOSSES, "gloss_exponent"),
+        ("gloss", "gloss_exponent", "tail", *GLOSSES),
+    )
+    richer = forms[-4:]
     parameters = (
         Parameter(
             "lobe",
@@ -92,12 +108,24 @@ class NonLambertian(Effect):
             tries=(4.0, 60.0),
             sentence="How narrow the lobe of that surface is, as `exponent`.",
         ),
-        Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
+        *WHICH,
+        *(
+            Parameter(name, "1", 0.0, 100.0, 0.5, f"The same of part {k}, on top.", vanishes_at=0.0)
+            for k, name in enumerate(GLOSSES, start=1)
+        ),
+        Parameter(
+            "tail",
+            unit="1",
+            low=0.01,
+            high=30.0,
+            start=1.0,
+            sentence="1 for powers of the cosine, towards 0 for slopes by a Gaussian, above 1 with longer tails.",
+        ),
     )
 
     def reach(self, values: Values) -> tuple[float, float]:
         """Surfaces are followed, and numbered by their pixels, through all frames."""
-        return (np.inf, np.inf) if values["gloss"] != 0 else (0.0, 0.0)
+        return (np.inf, np.inf) if _by_surface(values) else (0.0, 0.0)
 
     def mixes(self, values: Values) -> bool:
         """Which surface is which a part of the frames knows."""
@@ -106,21 +134,25 @@ class NonLambertian(Effect):
     def light(self, values: Values, rendering: Rendering) -> Light:
         """The lobe, added to what surfaces send back directly."""
         light = rendering.light
-        if all(values[name] == 0 for name in ("lobe", "power", "gloss")):
+        if all(values[name] == 0 for name in ("lobe", "power", "gloss", *GLOSSES)):
             return light
         direct, *others = light.returns
         # What sends nothing back, is turned away or is unknown has no lobe either.
         lit = (direct.strength > 0) & (light.cosine > 0)
         cosine = np.where(lit, light.cosine, 1).astype(float)
         # Strength over the cosine is ρ/r²; by way of the logarithm, so that no power overflows where cosθ is tiny.
-        log = np.log(cosine)
-        lobe = values["lobe"] * np.exp((values["exponent"] - 1) * log)
+        log, tail = np.log(cosine), values["tail"]
+        shape = log if tail == 1 else -np.log1p(tail * (cosine**-2 - 1)) / (2 * tail)
+        lobe = values["lobe"] * np.exp(values["exponent"] * shape - log)
         if values["pigment"] != 1:
             lobe *= np.maximum(2 * light.reflectance, 2 * DARKEST) ** (values["pigment"] - 1)
         more = np.exp(values["power"] * log) + lobe
-        if values["gloss"] != 0:
-            chosen = light.surfaces == round(values["surface"])
-            more = more + chosen * values["gloss"] * np.exp((values["gloss_exponent"] - 1) * log)
+        if _by_surface(values):
+            glosses = values["gloss"] * (numbers(values, light) == round(values["surface"]))
+            if any(values[name] != 0 for name in GLOSSES):
+                each = np.array([0.0, *(values[name] for name in GLOSSES), 0.0])
+                glosses = glosses + each[np.minimum(light.pieces, len(each) - 1)]
+            more = more + glosses * np.exp(values["gloss_exponent"] * shape - log)
         strength = np.where(lit, direct.strength * np.maximum(more, 0), direct.strength).astype(np.float32)
         return replace(light, returns=(replace(direct, strength=strength), *others))
 
@@ -133,7 +165,12 @@ class NonLambertian(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Each of the largest surfaces alone."""
         exponents = self.parameter("gloss_exponent").tries
-        return [{"gloss_exponent": n, "surface": float(k)} for k in range(1, ALONE + 1) for n in exponents]
+        return [{"gloss_exponent": n} | which for which in surfaces_alone(rendering.light, ALONE) for n in exponents]
+
+
+def _by_surface(values: Values) -> bool:
+    """Whether surfaces are told apart at all."""
+    return any(values[name] != 0 for name in ("gloss", *GLOSSES))
 
 
 effect = NonLambertian()

@@ -9,6 +9,7 @@ from physics.light import Light
 from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
 from physics.texture import COARSE, PRODUCTS, SPACE, VIEW
+from physics.told_apart import BOTH, REFLECTANCE, WHICH, surfaces_alone
 
 # Surfaces that a fit tries alone, and gaps in range that it tries as ends of what is near.
 ALONE, GAPS = 8, 4
@@ -29,8 +30,8 @@ class ReflectanceMap(Effect):
     bright in the near infrared (or the reverse), the near step for an object before a wall, the spot for what the field
     of view itself carries: dirt, vignetting, a label. Nothing is cut at 1: reflectance is known up to the gain, and a
     surface that sends light back to where it came from outshines a white matt one. Surfaces are told apart and followed
-    through the frames by their geometry (`segments`), and numbered by their pixels in all of them, the largest first:
-    an object of another material, or each of several.
+    through the frames by their geometry (`segments`), or told by the reflectance assumed of them (`materials`), and
+    numbered by their pixels in all frames, the largest first: an object of another material, or each of several.
     Where no reflectance is assumed it is 1 everywhere: then contrast is a gain, the step nothing unless `level` is near
     1, and the rest the same as ever.
     """
@@ -149,7 +150,7 @@ class ReflectanceMap(Effect):
             for most, unit in ((20.0 * 4 ** (len(product) - 1), f"1/m^{len(product)}" if name in SPACE else "1"),)
         ),
         Parameter("one", "1", -5.0, 5.0, 0.3, "Logarithm of the factor on surface `surface`.", vanishes_at=0.0),
-        Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
+        *WHICH,
         *(
             Parameter(name, "1", -2.0, 2.0, 0.3, f"Logarithm of the factor on surface {k}.", vanishes_at=0.0)
             for k, name in enumerate(SURFACES, start=2)
@@ -174,8 +175,11 @@ class ReflectanceMap(Effect):
         return replace(light, reflectance=reflectance, returns=(lit, *others), assumed=light.assumed_reflectance)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Each of the largest surfaces alone; what is nearer than gaps in range."""
-        alone = [{"one": self.parameter("one").start, "surface": float(k)} for k in range(1, ALONE + 1)]
+        """Each of the largest surfaces alone; what is nearer than gaps in range; several materials."""
+        alone = [{"one": self.parameter("one").start} | which for which in surfaces_alone(rendering.light, ALONE)]
+        if any(which["told_by"] == REFLECTANCE for which in alone):
+            first = {name: self.parameter(name).start for name in SURFACES[:FEW]}
+            alone += [first | {"told_by": by} for by in (REFLECTANCE, BOTH)]
         ends = self.parameter("near_range").low, self.parameter("near_range").high
         near = self.parameter("near").start
         gap = [at for at in gaps(rendering.light, GAPS) if ends[0] < at < ends[1]]

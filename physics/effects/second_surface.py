@@ -12,6 +12,7 @@ from physics.light import Light, Return
 from physics.rendering import Rendering
 from physics.replicas import replicas
 from physics.surface_replicas import surface_replicas
+from physics.told_apart import WHICH, numbers
 
 # A sheet in front nearer to the sensor than this, or than half the range of what is behind it, fades as it comes
 # nearer: it would soon be all that is seen. Range, metres.
@@ -78,7 +79,7 @@ class SecondSurface(Effect):
             vanishes_at=0.0,
         ),
         Parameter("one", "1", 0.0, 1.0, 0.1, "The same, of surface number `surface` only.", vanishes_at=0.0),
-        Parameter("surface", "1", 1.0, 30.0, 1.0, "Number of that surface, from the largest on."),
+        *WHICH,
         Parameter(
             "spacing",
             unit="m",
@@ -126,7 +127,7 @@ class SecondSurface(Effect):
         if not values["one"]:
             return light
         direct, *others = light.returns
-        lost = values["one"] * direct.strength * (light.surfaces == round(values["surface"]))
+        lost = values["one"] * direct.strength * (numbers(values, light) == round(values["surface"]))
         ranges = np.where(lost > 0, direct.range_m, 1)
         strength = lost * values["reflectance"] * _spread(ranges, spacing, values["falloff"])
         second = Return(np.maximum(ranges + spacing, 0).astype(np.float32), strength.astype(np.float32))
@@ -175,7 +176,7 @@ class SecondSurface(Effect):
                     ends = {"nearest": max(two.nearest_m, 0.05), "farthest": max(two.farthest_m, 0.1)}
                     found.append(start("covered", two.spacing_m, falloff=falloff, **ends))
         alone = surface_replicas(excess, expected, rendering)
-        found += [start("one", there.spacing_m, surface=float(there.surface)) for there in alone]
+        found += [start("one", there.spacing_m, **there.surface) for there in alone]
         return found
 
 

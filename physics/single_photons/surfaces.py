@@ -2,12 +2,18 @@
 
 import numpy as np
 
+from physics.effect import Values
+from physics.materials import materials, parts
 from physics.segments import segments
 from physics.single_photons.world import World
 
 
-def surface_numbers(world: World) -> np.ndarray:
+def surface_numbers(world: World, values: Values) -> np.ndarray:
     """(H, W) number of the surface at each pixel of this frame, told apart and followed in all frames."""
-    ranges = np.stack([world.at(time).range_m for time in world.times_s])
+    every = [world.at(time) for time in world.times_s]
     frame = int(np.argmin(np.abs(world.times_s - world.time_s)))
-    return segments(ranges, world.intrinsics)[frame]
+    found = segments(np.stack([one.range_m for one in every]), world.intrinsics)
+    if values["told_by"]:
+        of = materials(np.stack([one.reflectance for one in every]), found)
+        found = of if values["told_by"] == 1 else parts(found, of)
+    return found[frame]

@@ -18,11 +18,20 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     facing = np.nan_to_num(world.cosine) > 0
     angle = np.arccos(np.clip(np.where(facing, world.cosine, 1), 0, 1))
     matt = np.maximum(np.cos(angle), np.finfo(float).tiny)
-    sent = np.cos(angle) ** (1 + values["power"]) + values["lobe"] * np.cos(angle) ** values["exponent"] / (
-        np.maximum(2 * world.reflectance, 0.04) ** (1 - values["pigment"])
-    )
+    sent = np.cos(angle) ** (1 + values["power"]) + values["lobe"] * _facets(
+        angle, values["exponent"], values["tail"]
+    ) / (np.maximum(2 * world.reflectance, 0.04) ** (1 - values["pigment"]))
     if values["gloss"] > 0:
-        own = values["gloss"] * np.cos(angle) ** values["gloss_exponent"]
-        sent += own * (surface_numbers(world) == round(values["surface"]))
+        own = values["gloss"] * _facets(angle, values["gloss_exponent"], values["tail"])
+        sent += own * (surface_numbers(world, values) == round(values["surface"]))
+    each = np.array([0, *(values[f"gloss_{k}"] for k in range(1, 9)), 0])
+    if each.any():
+        part = np.minimum(surface_numbers(world, {"told_by": 2}), 9)
+        sent += each[part] * _facets(angle, values["gloss_exponent"], values["tail"])
     glossier = np.clip(sent, 0, None) / matt
     return replace(world, gloss=world.gloss * np.where(facing, glossier, 1))
+
+
+def _facets(angle: np.ndarray, exponent: float, tail: float) -> np.ndarray:
+    """Facets that face the sensor, over those that lie in the surface: slopes by Student's t of exponent/tail."""
+    return (1 + tail * np.tan(angle) ** 2) ** (-exponent / tail / 2)

@@ -58,5 +58,5 @@ def _of_surfaces(world: World, values: Values) -> np.ndarray | float:
         return 1.0
     table = np.ones(max(logs) + 1)
     table[list(logs)] = np.exp(list(logs.values()))
-    number = surface_numbers(world)
+    number = surface_numbers(world, values)
     return np.where(number < len(table), table[np.minimum(number, len(table) - 1)], 1)

@@ -50,7 +50,7 @@ def _lost(values: Values, world: World, zone: np.ndarray, range_m: np.ndarray, p
         near_enough = 1 / (1 + (range_m / values["farthest"]) ** SHARPNESS)
     part = by_zone(world, values["passed"])[zone] + values["covered"] * far_enough * near_enough
     if values["one"]:
-        part = part + values["one"] * (surface_numbers(world).ravel()[pixel] == round(values["surface"]))
+        part = part + values["one"] * (surface_numbers(world, values).ravel()[pixel] == round(values["surface"]))
     return np.minimum(part, 1)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import multivariate_t
 
 from physics.effects.non_lambertian import effect
 from physics.light import direct_light
@@ -92,6 +93,29 @@ def test_one_surface_may_be_glossy_and_the_others_matt():
     assert effect.reach(effect.at(lobe=1).values) == (0, 0)
     assert effect.strained(effect.at(gloss=0.8, gloss_exponent=2).values, None)
     assert not effect.strained(effect.at(gloss=0.8, gloss_exponent=9).values, None)
+
+
+@pytest.mark.parametrize(("degrees_of_freedom", "slope"), [(0.5, 0.4), (2, 0.3), (40, 0.2), (90, 1)])
+def test_another_shape_is_of_facets_with_slopes_by_students_t(degrees_of_freedom, slope):
+    """Facets that face the sensor, against those that lie in the surface: densities by scipy."""
+    angle = np.linspace(0, 1.3, 24 * 32)
+    light = direct_light(np.ones((1, 24, 32)), INTRINSICS, None, np.cos(angle).reshape(1, 24, 32))
+    tail = 1 / (degrees_of_freedom * slope**2)
+    values = {"exponent": tail * (degrees_of_freedom + 2), "tail": tail}
+    lobe = (seen(light, lobe=2.0, **values) - light.returns[0].strength) * light.range_m**2
+    facets = multivariate_t([0, 0], slope**2 * np.eye(2), df=degrees_of_freedom)
+    slopes = np.stack([np.tan(angle), np.zeros_like(angle)], axis=-1)
+    np.testing.assert_allclose(lobe.ravel(), 2 * facets.pdf(slopes) / facets.pdf([0, 0]), rtol=1e-3, atol=1e-5)
+
+
+def test_parts_of_surfaces_may_each_be_glossy():
+    bar = np.broadcast_to(np.abs(np.arange(32) - 14) < 5, (1, 24, 32))
+    light = direct_light(np.where(bar, 0.8, 1.6), INTRINSICS)
+    several = seen(light, gloss_1=0.3, gloss_2=0.8, gloss_exponent=9)
+    for number, lobe in ((1, 0.3), (2, 0.8)):
+        alone = seen(light, gloss=lobe, gloss_exponent=9, surface=number)
+        np.testing.assert_allclose(several[light.surfaces == number], alone[light.surfaces == number], rtol=1e-6)
+    assert effect.reach(effect.at(gloss_2=1).values) == (np.inf, np.inf)
 
 
 @given(cosine=st.floats(-1, 1, width=32), lobe=st.floats(-1, 100), exponent=st.floats(0, 500), power=st.floats(-1, 5))

@@ -189,11 +189,11 @@ def test_it_suggests_the_gap_between_an_object_and_the_wall_behind(near, far):
 
 
 def test_one_wall_has_no_gap():
-    assert near_ranges(SimpleNamespace(range_m=np.full(SHAPE, 1.0))) == []
+    assert near_ranges(replace(scene(np.full(SHAPE, 0.5)), range_m=np.full(SHAPE, 1.0))) == []
 
 
 def test_pixels_that_see_nothing_are_on_no_side_of_a_gap():
-    range_m = np.where(np.arange(10) < 5, 0.5, 1.5) * np.ones(SHAPE)
-    holes = range_m.copy()
+    light = direct_light(np.where(np.arange(10) < 5, 0.5, 1.5) * np.ones(SHAPE), INTRINSICS)
+    holes = light.range_m.copy()
     holes[:, 0], holes[:, 1], holes[:, 2] = np.inf, np.nan, 0
-    assert near_ranges(SimpleNamespace(range_m=holes)) == near_ranges(SimpleNamespace(range_m=range_m)) != []
+    assert near_ranges(replace(light, range_m=holes)) == near_ranges(light) != []
