@@ -1,5 +1,7 @@
 """Each cause outside the library against arithmetic of its own."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -142,3 +144,29 @@ def test_maps_are_turned_and_scaled_about_the_centre(scene, maps, values, turned
     at = ((x - (width - 1) / 2) + 1j * (y - (height - 1) / 2)) * (1 - zoom + 1j * roll)
     read = where.field.faded(np.array([at.real + (width - 1) / 2]), np.array([at.imag + (height - 1) / 2]))[:, 0]
     np.testing.assert_allclose(moved.weights[:, 3, 12], read / where.scale, rtol=1e-6)
+
+
+# A grid of 2 rows and 2 columns: which zone's light each receives, -1 where there is none.
+@pytest.mark.parametrize(
+    ("of", "there"), [(1, [3, 2, 1, 0]), (2, [1, 0, 3, 2]), (3, [2, 3, 0, 1]), (4, [-1, 0, 1, 2]), (5, [1, 2, 3, -1])]
+)
+def test_a_ghost_is_another_zones_light_some_bins_later(scene, of, there):
+    model, *_ = scene
+    light = model.expected(1000.0) - BACKGROUND[:, None]
+    found = changed(model, "zone_ghost", share=0.1, delay=3 * WIDTH_S, of=of) - BACKGROUND[:, None]
+    theirs = np.where((np.array(there) >= 0)[:, None], light[:, there], 0)
+    np.testing.assert_allclose(found[..., 3:], (light[..., 3:] + 0.1 * theirs[..., :-3]), atol=1e-9 * light.max())
+
+
+@pytest.mark.parametrize("of", [1, 3, 5])
+def test_a_ghost_is_looked_for_where_it_is(scene, of):
+    model, _, clock = scene
+    ghost = CAUSES["zone_ghost"]
+    plain = model.expected(1000.0)
+    found = changed(model, "zone_ghost", share=0.1, delay=5 * WIDTH_S, of=of)
+    rendering = SimpleNamespace(
+        clock=clock, background=BACKGROUND[:, None], footprints=SimpleNamespace(zone_grid=(2, 2))
+    )
+    starts = ghost.starts(found - plain, plain, rendering)
+    delays = [start["delay"] for start in starts if start["of"] == of]
+    assert min(abs(delay - 5 * WIDTH_S) for delay in delays) <= WIDTH_S
