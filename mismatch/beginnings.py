@@ -12,6 +12,8 @@ from mismatch.simulation import Simulation
 OTHERS = 2
 # Twice the logarithm of the odds at which two causes are believed in place of one with a number for each zone.
 TWO_FOR_ONE = 10.0
+# Deviance that is much to gain, and part of it that frames held out should gain at least to judge it.
+MUCH, HARDLY = 100.0, 0.1
 
 
 def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
@@ -36,6 +38,15 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
         if there > likeliest:
             best, likeliest = other, there
     return best
+
+
+def unjudged(last: Round) -> bool:
+    """Whether frames held out tell nothing of a candidate that gains much on those that choose."""
+    for candidate in last.candidates:
+        won = last.before.deviance - candidate.fit.deviance
+        if won > MUCH and last.before.deviance > candidate.criterion and candidate.expected_gain < HARDLY * won:
+            return True
+    return False
 
 
 def _two_for_one(train: Simulation, test: Simulation, forms: list[Form], best: list[Round]) -> list[Round]:

@@ -7,8 +7,8 @@ from recordings.refusal import Refusal
 BLOCKS = 24
 
 
-def halves(frames: int) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the frames that choose and of those that are held out.
+def halves(frames: int, blocks: int = BLOCKS) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of the frames that choose and of those that are held out, in so many blocks or more.
 
     Blocks are dealt by the sequence of Thue and Morse, which has no period: a scene that moves in equal steps, or to
     and fro, shows each of its places on both sides.
@@ -17,6 +17,6 @@ def halves(frames: int) -> tuple[np.ndarray, np.ndarray]:
         raise Refusal(
             f"the recording has {frames} frame, expected 2 or more: some to choose a model, others to judge it"
         )
-    length = max(1, frames // BLOCKS)
+    length = max(1, frames // blocks)
     held = np.bitwise_count(np.arange(frames) // length) % 2 == 1
     return np.flatnonzero(~held), np.flatnonzero(held)

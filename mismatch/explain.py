@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from mismatch.beginnings import likeliest_selection
+from mismatch.beginnings import likeliest_selection, unjudged
 from mismatch.blocks import halves
 from mismatch.candidates import MINOR, MINOR_PART
 from mismatch.doubts import doubts
@@ -31,6 +31,7 @@ from mismatch.work import MOST_RENDERINGS, Work
 NEGLIGIBLE, A_QUARTER = 0.03, 0.25
 # Nor is more deviance than this negligible on frames held out, whatever was explained.
 LARGE = 500.0
+ONE_BY_ONE = "what is amiss shows in few frames; single frames were held out, not blocks of them"
 # How many times what another formula gains may be left where that is said to take it up.
 TAKEN_UP = 2.0
 
@@ -69,6 +70,10 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     train, test = simulation.of(chosen), simulation.of(held)
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
     rounds = likeliest_selection(train, test, forms)
+    if unjudged(rounds[-1]):
+        chosen, held = halves(frames, frames)
+        train, test = simulation.of(chosen), simulation.of(held)
+        rounds, notes = likeliest_selection(train, test, forms), (*notes, ONE_BY_ONE)
     judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
     notes = (*notes, *_cut_short(simulation))  # Here, as what follows renders more and searches no more.
     # All frames tell better than those that chose how much the gain fluctuates; what is left is judged by that.

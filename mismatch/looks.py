@@ -14,8 +14,10 @@ def flattery(simulation: Simulation, gain: float, settings: tuple[Setting, ...])
 
 
 def blur(simulation: Simulation, gain: float, settings: tuple[Setting, ...]) -> float:
-    """Deviance that is left because where things are stays uncertain."""
-    return sum(look.blur for look in looks_of(simulation, gain, settings))
+    """Deviance that is left because where things are stays uncertain, or nobody saw it."""
+    rendering = simulation.rendering(gain)
+    unseen = sum(setting.effect.unseen(setting.values, rendering) for setting in settings)
+    return unseen + sum(look.blur for look in looks_of(simulation, gain, settings))
 
 
 def looks_of(simulation: Simulation, gain: float, settings: tuple[Setting, ...]) -> list[Look]:

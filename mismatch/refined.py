@@ -14,17 +14,19 @@ from mismatch.simulation import Simulation
 from recordings.refusal import Refusal
 
 MOST_TIMES = 2
+# Deviance by which frames held out may fit worse: what is left free may show in others only, as at a session's ends.
+INDIFFERENT = 0.5
 
 
 def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]) -> Fit:
-    """A fit with its last effect in the richest of its forms that earns its price, and fits frames held out better."""
+    """A fit with its last effect in the richest of its forms that earns its price, and fits frames held out as well."""
     for _ in range(MOST_TIMES):
         if not what_is_left(train, chosen):
             break
         found = _best(train, chosen, list(richer(chosen.forms[-1], forms)))
         if found is None or found.deviance + cost(train, found) >= chosen.deviance + cost(train, chosen):
             break
-        if on_others(test, found)[1] >= on_others(test, chosen)[1]:
+        if on_others(test, found)[1] - on_others(test, chosen)[1] >= INDIFFERENT:
             break
         chosen = found
     return chosen

@@ -123,6 +123,10 @@ class Effect:
         """What it saw there. rendering: with `expected` counts as they are without it, and those that were recorded."""
         raise NotImplementedError  # Only an effect that `looks` is asked, and it has its own.
 
+    def unseen(self, values: Values, rendering: Rendering) -> float:
+        """Deviance that is left, at these values, because nobody saw what the model would have to know."""
+        return 0.0
+
     def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
         """(F, P, T) expected counts with things somewhere, by chance, in each frame. rendering: as for `look`."""
         raise NotImplementedError  # Only an effect that `looks` is asked, and it has its own.

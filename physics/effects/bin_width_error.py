@@ -19,7 +19,8 @@ class BinWidthError(Effect):
     """Bins are bin_width · (1 + error) wide: what truly takes t is registered after t / (bin_width · (1 + error)) bins.
 
     A clock that warms up settles: after s seconds of the session bins are bin_width · (1 + error + warmup ·
-    (1 - exp(-s/τ))) wide. Of what warming up changes the width of the pulse is left out, second to its place.
+    (1 - exp(-s/τ))) wide. Zones of several converters each may have a further part, `apart`. Of what these two change
+    the width of the pulse is left out, second to its place.
 
     Where time zero was measured in bins, by the same clock, a target at range 0 stays in its bin, and all others come
     nearer by the factor 1 / (1 + error); where it is known in seconds, that target comes nearer, too. The laser's pulse
@@ -45,7 +46,10 @@ class BinWidthError(Effect):
         ("warmup", "tau"),
         ("error", "warmup", "tau"),
         ("warmup", "tau", "zero_in_seconds"),
+        ("apart",),
+        ("error", "apart"),
     )
+    richer = forms[-1:]
     parameters = (
         # Makers state 3 % for such sensors before correction.
         Parameter(
@@ -58,6 +62,9 @@ class BinWidthError(Effect):
             sentence="By what part bins are wider than assumed, narrower where negative.",
         ),
         Parameter("warmup", "1", -0.05, 0.05, 0.01, "Part by which they become wider as it warms up.", vanishes_at=0.0),
+        Parameter(
+            "apart", "1", -0.05, 0.05, 0.01, "Part by which those of a zone are wider.", vanishes_at=0.0, axis="zone"
+        ),
         Parameter("tau", "s", 1e-2, 1e4, 1.0, "Time constant of the warming up.", tries=(0.5, 5.0)),
         Parameter(
             "zero_in_seconds",
@@ -84,12 +91,13 @@ class BinWidthError(Effect):
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light that arrives sooner in bins that have become wider: what the clock above does not say."""
-        if not values["warmup"]:
+        if not (values["warmup"] or np.any(values["apart"])):
             return rendering.arrivals
         scale, ticks = 1 + values["error"], 1 - values["zero_in_seconds"]
-        now = scale - values["warmup"] * np.expm1(-rendering.light.time_s / values["tau"])
+        warm = -values["warmup"] * np.expm1(-rendering.light.time_s / values["tau"])
+        now = scale + np.atleast_1d(values["apart"]) + warm[:, None]
         about_s = np.asarray(rendering.clock.time_zero_s) * ticks * scale / (1 + values["error"] * ticks)
-        return rendering.arrivals.stretched((scale / now)[:, None], about_s)
+        return rendering.arrivals.stretched(scale / now, about_s)
 
 
 def _in_steps_of(pulse: ImpulseResponse, scale: float, bin_width_s: float) -> ImpulseResponse:

@@ -6,6 +6,9 @@ from scipy.special import gammainc, gammaincc
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
+# Squares of standard deviations that a ceiling at its largest count must take off a zone's, for it to seem one.
+SHOWN = 20.0
+
 
 class CounterSaturation(Effect):
     """Of n counts the register shows the smaller of n and its ceiling C.
@@ -18,6 +21,7 @@ class CounterSaturation(Effect):
     acts_on = "detector"
     order = 3  # The register is the last: whatever was detected is counted in it.
     sentence = "A bin's counter stops at its largest value and loses the counts beyond."
+    forms = (("lost", "ceiling"), ("lost",))
     look_alikes = (
         LookAlike(
             "pile_up", "Look at the late flank of the pulse: pile-up starves it, a full counter leaves it alone."
@@ -48,18 +52,29 @@ class CounterSaturation(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """The mean of clipped Poisson counts."""
         mean, ceiling = rendering.expected, np.asarray(values["ceiling"], float)
-        ceiling = ceiling[:, None] if ceiling.ndim else ceiling
-        shown = mean * gammaincc(ceiling - 1, mean) + ceiling * gammainc(ceiling, mean)
-        return mean + values["lost"] * (shown - mean)
+        return mean + values["lost"] * (_shown(mean, ceiling[:, None] if ceiling.ndim else ceiling) - mean)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A counter that goes on to count most of what comes has not stopped."""
         return 0 < values["lost"] < 0.5
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The largest count there is, and a little less."""
-        largest = float((expected + excess).max())
-        return [{"ceiling": max(2.0, part * largest)} for part in (0.8, 0.95, 1.0)]
+        """The largest count there is, and a little less; that of each zone which seems to stop there."""
+        counts = expected + excess
+        found = [{"ceiling": max(2.0, part * float(counts.max()))} for part in (0.8, 0.95, 1.0)]
+        largest = np.maximum(counts.max(axis=(0, 2)), 2.0)
+        clipped = _shown(expected, largest[:, None])
+        gained = ((counts - expected) ** 2 - (counts - clipped) ** 2) / np.maximum(expected, 1)
+        stops = gained.sum(axis=(0, 2)) > SHOWN
+        if stops.any():
+            each = np.where(stops, largest, self.parameter("ceiling").high)
+            found.append({"lost": self.parameter("lost").start, "ceiling": each})
+        return found
+
+
+def _shown(mean: np.ndarray, ceiling: np.ndarray | float) -> np.ndarray:
+    """Mean of Poisson counts that are clipped."""
+    return mean * gammaincc(ceiling - 1, mean) + ceiling * gammainc(ceiling, mean)
 
 
 effect = CounterSaturation()

@@ -118,3 +118,14 @@ def test_one_effect_with_a_number_for_each_zone_may_be_two(tried, monkeypatch, e
     assert selected() == kept
     monkeypatch.setattr(alike, "stands_out", lambda many: False)
     assert selected() == "zones"
+
+
+@pytest.mark.parametrize(
+    ("deviance", "criterion", "expected", "told"),
+    [(5000, 5010, 4, True), (5000, 5010, 300, False), (5950, 5960, 2, False), (5000, 6001, 4, False)],
+)
+def test_what_shows_in_no_frame_held_out_is_not_judged_by_them(deviance, criterion, expected, told):
+    """Much gained at a price that is worth it, of which hardly any is due on frames held out."""
+    one = SimpleNamespace(fit=SimpleNamespace(deviance=deviance), criterion=criterion, expected_gain=expected)
+    last = SimpleNamespace(before=SimpleNamespace(deviance=6000.0), candidates=[one])
+    assert beginnings.unjudged(last) == told

@@ -40,3 +40,11 @@ def test_a_scene_that_comes_back_again_and_again_shows_both_sides_all_of_its_pla
 def test_fewer_than_two_frames_are_refused(frames):
     with pytest.raises(Refusal, match=f"has {frames} frame, expected 2 or more"):
         halves(frames)
+
+
+@given(st.integers(2, 300))
+def test_as_many_blocks_as_frames_are_single_frames(frames):
+    """By the sequence of Thue and Morse: digits of the frame's number."""
+    _, held = halves(frames, frames)
+    side = np.isin(np.arange(frames), held)
+    np.testing.assert_array_equal(side, [bin(i).count("1") % 2 == 1 for i in range(frames)])

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physics.light import Return, direct_light
-from physics.light_between import light_at
+from physics.light_between import from_neighbours, light_at
 from recordings.refusal import Refusal
 
 TIMES = np.array([0.0, 0.1, 0.1, 0.4, 0.45])
@@ -92,3 +92,24 @@ def test_a_wall_that_nears_as_a_whole_is_no_edge():
 def test_frames_out_of_order_are_refused():
     with pytest.raises(Refusal, match=r"time_s\[2\] is 0.1, expected 0.2 or later as frames go by time"):
         light_at(scene(times=np.array([0, 0.2, 0.1, 0.3, 0.4])), TIMES)
+
+
+@given(seed=st.integers(0, 99), off=st.floats(0, 0.1), part=st.floats(0, 1))
+def test_beyond_its_ends_a_scene_moves_on_as_it_did(seed, off, part):
+    times = np.array([0.0, 0.1, 0.2])
+    light = scene(seed, (3, 2, 3), times)
+    found = light_at(light, np.array([-off, 0.1, 0.2 + off]), part)
+    r = light.range_m
+    np.testing.assert_allclose(found.range_m[0], r[0] - part * off / 0.1 * (r[1] - r[0]), rtol=1e-5)
+    np.testing.assert_array_equal(found.range_m[1], r[1])
+    np.testing.assert_allclose(found.range_m[2], r[2] + part * off / 0.1 * (r[2] - r[1]), rtol=1e-5)
+    assert all((way.strength >= 0).all() for way in found.returns)
+
+
+def test_a_frame_is_guessed_from_its_neighbours():
+    times = np.array([0.0, 0.1, 0.4])
+    light = scene(3, (3, 2, 3), times)
+    r = light.range_m
+    found = from_neighbours(light)
+    np.testing.assert_array_equal(found.range_m[[0, 2]], r[[0, 2]])
+    np.testing.assert_allclose(found.range_m[1], 0.75 * r[0] + 0.25 * r[2], rtol=1e-6)

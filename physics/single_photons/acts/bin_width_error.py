@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from physics.effect import Values
-from physics.single_photons.world import World
+from physics.single_photons.draw import by_zone
+from physics.single_photons.world import Photons, World
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
@@ -15,3 +16,12 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     settled = 1 - np.exp(-world.time_s / values["tau"])
     width = world.bin_width_s * (1 + values["error"] + values["warmup"] * settled)
     return replace(world, bin_width_s=width, time_zero_s=ticks * width + kept)
+
+
+def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """In zones whose ticks are longer still, fewer of them since time zero: as if there had been less time."""
+    width = 1 + values["error"] + values["warmup"] * (1 - np.exp(-world.time_s / values["tau"]))
+    ticks = 1 - values["zero_in_seconds"]
+    about = by_zone(world, world.time_zero_s * ticks * width / (1 + (width - 1) * ticks))[photons.zone]
+    part = width / (width + by_zone(world, values["apart"])[photons.zone])
+    return replace(photons, time_s=about + part * (photons.time_s - about))

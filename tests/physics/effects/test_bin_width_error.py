@@ -84,3 +84,18 @@ def test_a_clock_that_warms_up_has_in_each_frame_bins_of_their_width_by_then(sma
         np.testing.assert_allclose(found[i], steady[i], atol=5e-3 * steady.max())
     # And by more than what is allowed here it is not the nominal clock.
     assert np.abs(found - model.expected(1e3)).max() > 0.05 * found.max()
+
+
+@pytest.mark.parametrize("zero_in_seconds", [0.0, 0.6])
+def test_zones_may_have_clocks_of_their_own(small, zero_in_seconds):
+    """Each zone as by a clock that is off by as much in all of them; the pulse is shorter than a bin.
+
+    But for what comes after the nominal window, and into it in wider bins: arrivals there are not known.
+    """
+    clock = replace(small.clock, pulse=two_piece_pulse(0.02e-9, 0.02e-9, small.clock.bin_width_s / 64))
+    model, apart = ForwardModel(small.light, small.footprints, clock), np.array([0.03, 0, -0.02, 0.01])
+    found = model.expected(1e3, [effect.at(error=-0.01, apart=apart, zero_in_seconds=zero_in_seconds)])
+    for zone, more in enumerate(apart):
+        alone = model.expected(1e3, [effect.at(error=-0.01 + more, zero_in_seconds=zero_in_seconds)])
+        np.testing.assert_allclose(found[:, zone, :-2], alone[:, zone, :-2], atol=5e-3 * alone.max())
+    assert np.abs(found - model.expected(1e3, [effect.at(error=-0.01)])).max() > 0.05 * found.max()

@@ -51,3 +51,17 @@ def test_zones_may_have_counters_of_their_own(small):
     for zone, ceiling in enumerate(ceilings):
         alone = model.expected(1e3, [effect.at(ceiling=ceiling)])
         np.testing.assert_allclose(found[:, zone], alone[:, zone])
+
+
+def test_the_zone_that_stops_is_seen():
+    """Three zones whose pulses grow, one of which is clipped: its ceiling is its largest count, others have none."""
+    rng = np.random.default_rng(5)
+    mean = np.linspace(50, 900, 40)[:, None, None] * np.array([1, 0.7, 0.9])[:, None] * np.exp(-np.arange(12) / 4.0)
+    counts = rng.poisson(mean).astype(float)
+    counts[:, 1] = np.minimum(counts[:, 1], 300)
+    found = effect.starts(counts - mean, mean, None)[-1]
+    assert found["lost"] == 1
+    np.testing.assert_array_equal(found["ceiling"] < 1e6, [False, True, False])
+    assert found["ceiling"][1] == 300
+    plain = rng.poisson(mean)
+    assert all(np.ndim(start["ceiling"]) == 0 for start in effect.starts(plain - mean, mean, None))

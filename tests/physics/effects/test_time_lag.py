@@ -9,6 +9,7 @@ from physics.effects import find_effect
 from physics.effects.time_lag import effect
 from physics.light import direct_light
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 INTRINSICS = np.array([[7.5, 0, 4.5], [0, 7.5, 2.5], [0, 0, 1]])
 TIMES = np.array([0.0, 0.1, 0.25, 0.3, 0.5])
@@ -91,3 +92,36 @@ def test_it_says_how_far_it_looks():
     assert not effect.reaches(effect.vanished().values)
     pile_up = find_effect("pile_up").at()
     assert pile_up.effect.reach(pile_up.values) == (0, 0)
+
+
+@pytest.mark.parametrize("lag", [-0.06, 0.07])
+def test_before_and_after_the_session_all_may_move_on(small, lag):
+    """A wall that nears evenly was farther before, and is nearer after: as if it had been seen then."""
+    found = ForwardModel(approaching(TIMES), small.footprints, small.clock).expected(
+        1e3, [effect.at(lag=lag, beyond=1)]
+    )
+    closed = ForwardModel(approaching(TIMES + lag), small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, closed, atol=1e-2 * closed.max())
+
+
+def curved(times):
+    """A wall that swings by 6 cm about 0.8 m, 2.2 times a second."""
+    depth = np.broadcast_to((0.8 + 0.06 * np.sin(14 * np.asarray(times)))[:, None, None], (len(times), 6, 10))
+    return direct_light(depth, INTRINSICS, None, np.ones(depth.shape), time_s=times)
+
+
+@pytest.mark.parametrize("lag", [0.01, 0.025, -0.02])
+def test_what_nobody_saw_between_frames_is_owned_up_to(small, lag):
+    """What interpolation leaves of a wall on a curve, to a factor of two; nothing of one that nears evenly."""
+    times = 0.05 * np.arange(40)
+    model = ForwardModel(curved(times), small.footprints, small.clock, 1.0)
+    true = ForwardModel(curved(times + lag), small.footprints, small.clock, 1.0).expected(1e5)
+    inner = slice(1, -1)
+    left = ((model.expected(1e5, [effect.at(lag=lag)]) - true) ** 2 / true)[inner].sum()
+    rendering = Rendering(curved(times), small.footprints, small.clock, 1e5, background=1.0)
+    owned = effect.unseen(effect.at(lag=lag).values, rendering)
+    assert left > 20
+    assert left / 2 < owned < 2 * left
+    still = Rendering(approaching(TIMES), small.footprints, small.clock, 1e5, background=1.0)
+    assert effect.unseen(effect.at(lag=0.05).values, still) < 0.02 * owned
+    assert effect.unseen(effect.at(lag=0.0).values, rendering) == 0
