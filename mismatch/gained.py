@@ -73,6 +73,9 @@ def falls_short(observed: float, expected: float, looking: bool, tried: int = 1)
 
 
 def chance(observed: float, expected: float) -> float:
-    """Of gaining so little. Where a name is right the gain scatters about what is expected, E, by 2√E, as likelihood
-    ratios do."""
-    return float(norm.cdf((observed - max(expected, 1.0)) / (2 * np.sqrt(max(expected, 1.0)))))
+    """Of gaining so little where a name is right.
+
+    The gain scatters about what is expected, E, by 2√E, as likelihood ratios do; and what is expected by as much, as it
+    goes with the square of a strength that as many frames told to 1 part in √E. Both together by √(8E).
+    """
+    return float(norm.cdf((observed - max(expected, 1.0)) / np.sqrt(8 * max(expected, 1.0))))

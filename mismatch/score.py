@@ -10,6 +10,7 @@ from mismatch.fit import Fit
 from mismatch.form import Form, to_coordinate
 from mismatch.projection import Projection
 from mismatch.simulation import Simulation
+from physics.effect import Parameter
 from recordings.refusal import Refusal
 
 # A direction of which less than this is left after projection is one of those already fitted.
@@ -130,11 +131,17 @@ def bounded_least_squares(
     return a
 
 
+def suggests(form: Form, parameter: Parameter) -> bool:
+    """Whether the form begins where the data have it begin, not where all recordings do."""
+    start = form.start[parameter.name]
+    return bool(np.ndim(start)) or start not in (parameter.start, *parameter.tries)
+
+
 def start_of(form: Form, amplitude: np.ndarray) -> np.ndarray:
     """Coordinates from which to fit a form that promises these amplitudes."""
     x = form.at_start()
     for i, (parameter, place) in enumerate(form.coordinates):
-        if parameter.vanishes_at is None or (parameter.placed and np.ndim(form.start[parameter.name])):
+        if parameter.vanishes_at is None or (parameter.placed and suggests(form, parameter)):
             continue
         times = amplitude[(place or 0) if form.own else form.strengths.index(parameter.name)]
         if parameter.power != 1:

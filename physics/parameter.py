@@ -16,7 +16,7 @@ class Parameter:
     fit begins and what is taken where nothing is said. vanishes_at: the value at which the effect is not there; None
     for parameters that say what it is like. axis: "zone", "bin" or "edge" (that before
     each bin) where each of these may have its own, else None.
-    placed: whether it says where something is, so that a score tells nothing better of a start that is each zone's own.
+    placed: whether it says where something is, so that a score tells nothing better of a start that the data gave.
     tries: where else a fit may begin, for what one beginning does not reach. power: with which of its powers counts
     change from 0 on, as with the square of a standard deviation. sentence: what it is.
     """

@@ -9,13 +9,18 @@ from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
+# Largest range that light may be lost up to, metres; part of all pixels that is near.
+FARTHEST, NEAR = 5.0, 0.05
+
 
 class RangeFalloff(Effect):
     """At range r the signal is the nominal model's over (1 + (overlap_range / r)^steepness)·(r / 1 m)^exponent.
 
     Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it: steepness 2. Fields
-    of emitter and receiver that lie beside each other meet more suddenly. Where these look past each other, or a lens
-    is focused at some distance, the law is a power of another exponent over the ranges that are met.
+    of emitter and receiver that lie beside each other meet more suddenly; of Gaussian beams a part
+    1 - exp(-(r / overlap_range)^steepness) is caught, and `sudden` is how far from the one law to the other. Where
+    these look past each other, or a lens is focused at some distance, the law is a power of another exponent over the
+    ranges that are met.
     """
 
     id = "range_falloff"
@@ -29,13 +34,13 @@ class RangeFalloff(Effect):
         LookAlike("pile_up", "Dim the target, not its range: pile-up lessens, falloff stays."),
         LookAlike("reflectance_map", "Step one target in range: only falloff changes with it."),
     )
-    forms = (("overlap_range",), ("overlap_range", "steepness"), ("exponent",))
+    forms = (("overlap_range",), ("overlap_range", "steepness"), ("overlap_range", "sudden"), ("exponent",))
     parameters = (
         Parameter(
             "overlap_range",
             unit="m",
             low=0.0,
-            high=5.0,
+            high=FARTHEST,
             start=0.02,
             vanishes_at=0.0,
             axis="zone",
@@ -51,6 +56,7 @@ class RangeFalloff(Effect):
             tries=(4.0,),
             sentence="Power of range with which light is lost, far closer than that.",
         ),
+        Parameter("sudden", "1", 0.0, 1.0, 0.0, "0 where overlap sets in by a ratio, 1 by an exponential."),
         Parameter(
             "exponent",
             unit="1",
@@ -70,11 +76,21 @@ class RangeFalloff(Effect):
         knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
         # Nothing is nearer than a knot: what arrives earlier is rounding, and must not divide by 0.
         ranges = speed_of_light / 2 * np.maximum(knots_s - zero, lattice.step_s)
-        overlap = np.atleast_1d(values["overlap_range"])[:, None] / ranges
+        lost = (np.atleast_1d(values["overlap_range"])[:, None] / ranges) ** values["steepness"]
         faster = np.atleast_1d(values["exponent"])[:, None]
         # Alike in all frames, unless their clock moves.
-        part = ranges**-faster / (1 + overlap ** values["steepness"])
+        caught = 1 / (1 + lost)
+        if values["sudden"]:
+            whole = -np.expm1(-1 / np.maximum(lost, 1e-300))
+            caught += values["sudden"] * (whole - caught)
+        part = ranges**-faster * caught
         return replace(arrivals, light=arrivals.light * part)
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """An exponential that loses some, or much, of what is near: it has no slope where it loses nothing."""
+        ranges = rendering.light.range_m[rendering.light.range_m > 0]
+        near = float(np.quantile(ranges, NEAR)) if len(ranges) else 0.0
+        return [{"overlap_range": part * near, "sudden": 1.0} for part in (0.6, 1.0) if 0 < part * near < FARTHEST]
 
 
 effect = RangeFalloff()

@@ -100,7 +100,7 @@ class WindowClipping(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The edges beyond which one share of what is expected is lost most clearly, sharp and soft.
 
-        And those of each zone beyond which all of it is.
+        And those beyond which all of it is, of each zone, and of all at the end where that is clearer.
         """
         found = []
         for background in (1.0, 0.0):
@@ -113,11 +113,14 @@ class WindowClipping(Effect):
             # The clearer of the two says which share is lost.
             _, lost = max(how_early, how_late)
             own = _emptied(lacking, there), _emptied(lacking[:, ::-1], there[:, ::-1])
+            clearer = {"early": early} if how_early > how_late else {"late": late}
             for softness in self.parameter("softness").tries:
                 # The edge was taken where half of it is over.
                 for edges, share in (((early, late), lost), (own, 1.0)):
                     ends = {name: at + (softness - 1) / 2 for name, at in zip(("early", "late"), edges, strict=True)}
                     found.append(ends | {"softness": softness, "lost": share, "background": background})
+                alone = {name: at + (softness - 1) / 2 for name, at in clearer.items()}
+                found.append(alone | {"softness": softness, "lost": 1.0, "background": background})
         return found
 
 

@@ -2,9 +2,11 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from mismatch.doubts import doubts
+from mismatch.gained import chance
 from mismatch.verdict import Named
 from physics.effects import find_effect
 
@@ -33,3 +35,16 @@ def test_an_effect_that_looks_is_doubted_later(drawn, gain, doubted):
     setting = find_effect("interference").at(roaming=50)
     judged = SimpleNamespace(settings=(setting,))
     assert len(doubts(drawn(1), judged, (named("interference", gain, 1900),))) == doubted
+
+
+def test_what_is_expected_is_as_uncertain_as_what_is_gained():
+    """A strength found on as many frames as judge it, by chance again and again: how often a name is doubted at all.
+
+    Of a pulse of N counts, known but for its strength, on either half.
+    """
+    rng, strength, counts = np.random.default_rng(8), 0.1, 2e4
+    fitted, seen = (strength + rng.normal(size=20_000) / np.sqrt(counts) for _ in range(2))
+    expected, observed = counts * fitted**2, counts * (seen**2 - (seen - fitted) ** 2)
+    p = np.array([chance(o, e) for o, e in zip(observed, expected, strict=True)])
+    assert np.mean(p < 0.01) == pytest.approx(0.01, abs=0.004)
+    assert np.mean(p < 0.2) == pytest.approx(0.2, abs=0.02)

@@ -1,5 +1,7 @@
 """Score tests against the likelihood ratio itself, and the projection against columns written out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -121,3 +123,12 @@ def test_chances_too_small_for_a_number_still_have_an_order():
         series = (dof / 2 - 1) * np.log(edge / 2) - edge / 2 - np.array([gammaln(dof / 2)] * 2)
         np.testing.assert_allclose(series, [log_chance(gain, dof) for gain in edge], rtol=0.01)
         assert -np.inf < log_chance(5000.0, dof) < log_chance(3000.0, dof) < log_chance(1200.0, dof)
+
+
+@pytest.mark.parametrize(("late", "kept"), [(83.0, True), (4.5, False)])
+def test_an_edge_that_the_data_gave_is_not_moved_by_the_score(late, kept):
+    """What a score multiplies is the loss, which does not go with the edge's place."""
+    form = next(f for f in forms_of(find_effect("window_clipping"), SIZES) if f.free == ("late",) and not f.own)
+    form = replace(form, start=form.start | {"late": late})
+    found = form.setting(start_of(form, np.array([0.3]))).values["late"]
+    assert found == pytest.approx(late if kept else 0.3 * late)

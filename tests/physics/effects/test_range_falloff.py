@@ -1,9 +1,11 @@
 """Falloff against scenes whose strength is that by formula."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import rayleigh
 
 from physics.effects.range_falloff import effect
 from physics.light import Return
@@ -28,3 +30,27 @@ def test_a_zone_of_its_own_overlap_leaves_the_others(small):
     found, nominal = model.expected(1e3, [effect.at(overlap_range=[0, 0.5, 0, 0])]), model.expected(1e3)
     np.testing.assert_allclose(found[:, [0, 2, 3]], nominal[:, [0, 2, 3]])
     assert (found[:, 1].sum(axis=-1) < nominal[:, 1].sum(axis=-1)).all()
+
+
+@pytest.mark.parametrize(("overlap", "steepness", "sudden"), [(0.4, 2, 1.0), (0.8, 2, 0.3), (0.6, 4, 1.0)])
+def test_of_a_gaussian_beam_what_lies_within_a_radius_is_caught(small, overlap, steepness, sudden):
+    """Rayleigh's distribution by scipy: (r/r0)^n is half the square of as many standard deviations."""
+    direct = small.light.returns[0]
+    ratio = (direct.range_m.astype(float) / overlap) ** steepness
+    caught = sudden * rayleigh.cdf(np.sqrt(2 * ratio)) + (1 - sudden) * ratio / (1 + ratio)
+    light = replace(small.light, returns=(Return(direct.range_m, (direct.strength * caught).astype(np.float32)),))
+    setting = effect.at(overlap_range=overlap, steepness=steepness, sudden=sudden)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
+    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, expected, atol=2e-4 * expected.max())
+
+
+def test_an_exponential_begins_where_it_loses_some_of_what_is_near(small):
+    starts = effect.starts(None, None, SimpleNamespace(light=small.light))
+    near = np.quantile(small.light.range_m[small.light.range_m > 0], 0.05)
+    assert [start["sudden"] for start in starts] == [1.0, 1.0]
+    for start in starts:
+        lost = np.exp(-((near / start["overlap_range"]) ** 2))
+        assert 0.05 < lost < 0.4
+    dark = SimpleNamespace(range_m=np.zeros((1, 2, 2)))
+    assert effect.starts(None, None, SimpleNamespace(light=dark)) == []

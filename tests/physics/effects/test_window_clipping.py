@@ -106,3 +106,15 @@ def test_it_suggests_a_window_for_each_zone():
         all(np.ndim(start[name]) and np.abs(start[name] - edges).max() <= 1 for name, edges in truth.items())
         for start in starts
     )
+
+
+def test_it_suggests_the_one_end_that_is_cut():
+    """Of all zones alike: the end where more is lost, and not a little at the other."""
+    mean = np.full((4, 3, 40), 50.0)
+    for at, name in ((slice(0, 6), "early"), (slice(34, None), "late")):
+        short = mean.copy()
+        short[..., at] = 0
+        starts = effect.starts(short - mean, mean, SimpleNamespace(background=np.zeros((3, 1))))
+        alone = [start for start in starts if len({"early", "late"} & start.keys()) == 1]
+        assert alone
+        assert all(name in start and start[name] == 6 + (start["softness"] - 1) / 2 for start in alone)
