@@ -6,16 +6,21 @@ from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.looked import looked, looks
 from mismatch.projection import Projection
-from mismatch.score import Score, score
+from mismatch.score import Score, changes_of, score_by
 from mismatch.simulation import Simulation
+from recordings.refusal import Refusal
 
 # Forms of more strengths than this are tried only as richer ones of an effect that was chosen: each takes a rendering.
 MOST_STRENGTHS = 6
+# Logarithm of a chance by noise, as far as can be told, beyond which nothing is looked at more closely: so many forms
+# are tried that only one of thousands is significant.
+HOPELESS = -4.0
 
 
 def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
     """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
     projection = Projection(simulation, fitted)
+    known = simulation.remembered.beginning(fitted.expected)
     by_effect: dict[str, list[Form]] = {}
     for form in forms:
         if len(form.strengths) <= MOST_STRENGTHS and form.free not in form.effect.richer:
@@ -27,7 +32,7 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
         # Forms that begin alike promise alike, whatever else they leave free; but those that look pay for that.
         keys = [(form.begins_alike, form.free if looks(form) else None) for form in every]
         once = {key: form for key, form in zip(keys, every, strict=True)}
-        promised = {key: promise(simulation, fitted, projection, form) for key, form in once.items()}
+        promised = {key: promise(simulation, fitted, projection, form, known) for key, form in once.items()}
         found = [(form, promised[key]) for form, key in zip(every, keys, strict=True)]
         return [replace(one, form=form) for form, one in found if one is not None]
 
@@ -40,9 +45,24 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
     return sorted(best.values(), key=lambda s: s.log_p), len(found)
 
 
-def promise(simulation: Simulation, fitted: Fit, projection: Projection, form: Form) -> Score | None:
-    """What one form promises; None where it can change nothing."""
-    return looked(simulation, fitted, form) if looks(form) else score(simulation, fitted, projection, form)
+def promise(
+    simulation: Simulation, fitted: Fit, projection: Projection, form: Form, known: bool = False
+) -> Score | None:
+    """What one form promises; None where it can change nothing.
+
+    known: whether what it changed beside an earlier fit tells enough, where by that it promises nothing.
+    """
+    if looks(form):
+        return looked(simulation, fitted, form)
+    memory, key = simulation.remembered, form.begins_alike
+    if known and key in memory.changes:
+        about = score_by(projection, form, memory.changes[key])
+        if about is None or about.log_p > HOPELESS:
+            return about
+    try:
+        return score_by(projection, form, memory.keep(key, lambda: changes_of(simulation, fitted, form)))
+    except Refusal:
+        return None
 
 
 def suggested(simulation: Simulation, fitted: Fit, forms: list[Form]) -> list[Form]:

@@ -57,24 +57,38 @@ def change_by_edge(simulation: Simulation, fitted: Fit, form: Form) -> np.ndarra
     return np.stack([np.where(number % 2, odd, even), np.where(number % 2, even, odd)])
 
 
+def changes_of(simulation: Simulation, fitted: Fit, form: Form) -> np.ndarray:
+    """(M, F, P, T) changes with each strength of a form, or with all of its zones, bins or edges."""
+    if not form.own:
+        return np.stack([change_to(simulation, fitted, form, (name,)) for name in form.strengths])
+    if _axis(form) == "edge":
+        return change_by_edge(simulation, fitted, form)
+    return change_to(simulation, fitted, form, form.strengths)[None]
+
+
+def _axis(form: Form) -> str:
+    """Of what each has its own value."""
+    (axis,) = {form.effect.parameter(name).axis for name in form.own}
+    return axis
+
+
 def score(simulation: Simulation, fitted: Fit, projection: Projection, form: Form) -> Score | None:
     """What a form promises, or None where it can change nothing."""
-    axes = {form.effect.parameter(name).axis for name in form.own}
     try:
-        if axes:
-            (axis,) = axes
-            if axis == "edge":
-                change = change_by_edge(simulation, fitted, form)
-            else:
-                change = change_to(simulation, fitted, form, form.strengths)[None]
-            information, promised, before = projection.divided(change, axis)
-        else:
-            each = [change_to(simulation, fitted, form, (name,)).ravel() for name in form.strengths]
-            white = projection.whitened(np.stack(each, axis=-1))
-            information, promised = white.T @ white, white.T @ projection.residual
-            before = np.array([((column * projection.root) ** 2).sum() for column in each])
+        return score_by(projection, form, changes_of(simulation, fitted, form))
     except Refusal:
         return None
+
+
+def score_by(projection: Projection, form: Form, changes: np.ndarray) -> Score | None:
+    """What a form promises that makes these changes (M, F, P, T), as `changes_of` has them."""
+    if form.own:
+        information, promised, before = projection.divided(changes, _axis(form))
+    else:
+        each = changes.reshape(len(changes), -1).T
+        white = projection.whitened(each)
+        information, promised = white.T @ white, white.T @ projection.residual
+        before = ((each * projection.root[:, None]) ** 2).sum(axis=0)
     kept = (np.diag(information) > LEFT**2 * before) & (before > TINY)
     if not kept.any():
         return None

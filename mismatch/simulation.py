@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from mismatch.remembered import Remembered
 from mismatch.work import Work
 from physics.clock import Clock
 from physics.effect import Setting, in_order
@@ -73,6 +74,11 @@ class Simulation:
             del recent[next(iter(recent))]
         recent[key] = found
         return found
+
+    @cached_property
+    def remembered(self) -> Remembered:
+        """What forms changed beside an earlier fit."""
+        return Remembered()
 
     def _expected(self, gain: float, effects: tuple[Setting, ...]) -> np.ndarray:
         """See `expected`."""

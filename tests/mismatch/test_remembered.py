@@ -1,0 +1,56 @@
+"""Changes that are remembered: what stands out is found as without them, and in fewer renderings."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import all_forms, forms_of
+from mismatch.ranking import HOPELESS, ranked
+from mismatch.remembered import MOST_NUMBERS, Remembered
+from mismatch.work import Work
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48}
+
+
+def test_what_stands_out_beside_a_later_fit_is_what_a_fresh_look_finds(drawn):
+    simulation = replace(drawn(3, "impulse_tail", share=0.1, tau=0.6e-9), work=Work())
+    forms = all_forms(SIZES)
+    nominal = fit_nominal(simulation)
+    (pedestal, *_) = forms_of(find_effect("ambient_pedestal"), SIZES)
+    later = fit(simulation, (pedestal,), np.concatenate([nominal.x, pedestal.at_start()]))
+    others = [form for form in forms if form.effect.id != "ambient_pedestal"]
+
+    def renderings(sim):
+        began = sim.work.renderings
+        found, tried = ranked(sim, later, others)
+        return {(s.form.name, s.form.begins_alike): s for s in found}, tried, sim.work.renderings - began
+
+    ranked(simulation, nominal, forms)
+    quick, tried, few = renderings(simulation)
+    exact, all_tried, many = renderings(replace(simulation, work=Work()))
+    assert few < 0.8 * many
+    telling = {key for key, s in exact.items() if s.log_p < 4 * HOPELESS}
+    assert telling
+    assert abs(tried - all_tried) <= 0.02 * all_tried
+    for key in telling:
+        assert quick[key].gain == exact[key].gain
+    assert all(s.log_p < 2 * HOPELESS for key, s in exact.items() if key in quick and quick[key].log_p < 4 * HOPELESS)
+
+
+def test_beside_what_differs_by_much_nothing_is_remembered():
+    memory, counts = Remembered(), np.full((2, 3, 4), 10.0)
+    assert not memory.beginning(counts)
+    memory.keep("a", lambda: counts / 10)
+    assert memory.beginning(1.1 * counts)
+    assert set(memory.changes) == {"a"}
+    assert not memory.beginning(1.5 * counts)
+    assert not memory.changes
+
+
+def test_what_there_is_no_room_for_is_made_and_not_kept():
+    memory = Remembered()
+    large = np.broadcast_to(np.ones(1), (MOST_NUMBERS + 1,))
+    assert memory.keep("large", lambda: large) is large
+    assert not memory.changes
