@@ -20,6 +20,7 @@ from mismatch.naming import contested, name_effects, next_measurement
 from mismatch.noise import frame_gain_sigma
 from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
+from mismatch.refined import divided
 from mismatch.selection import Round
 from mismatch.simulation import Simulation
 from mismatch.verdict import Deviance, Verdict
@@ -80,9 +81,17 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     sigma = frame_gain_sigma(simulation, expected_at(simulation, judged.forms, judged.x))
     nominal = fit_nominal(simulation, sigma)
     explained = fit(simulation, judged.forms, judged.x, sigma) if judged.forms else nominal
+    left = what_is_left(simulation, explained)
+    if left and judged.forms and (apart := divided(train, test, judged)) is not None:
+        # Zones that differ by little cost more numbers than half of the frames see worth; all frames see the rest.
+        better = fit(simulation, apart.forms, apart.x, sigma)
+        less = what_is_left(simulation, better)
+        if not less:
+            last = judged.forms[-1]
+            contests = [replace(c, form=apart.forms[-1]) if c.form is last else c for c in contests]
+            judged, explained, left = apart, better, less
     tried = max(one.tried for one in rounds)
     effects = name_effects(train, test, judged, contests, explained, tried)
-    left = what_is_left(simulation, explained)
     first = fit_nominal(train, judged.frame_gain_sigma)
     uncertain = blur(simulation, explained.gain, explained.settings)
     remains = max(sum(place.gain for place in left) - uncertain, 0.0) * len(held) / frames

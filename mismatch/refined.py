@@ -37,6 +37,19 @@ def enriched(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
     return _best(train, fitted, list(richer(fitted.forms[-1], forms))) or fitted
 
 
+def divided(train: Simulation, test: Simulation, chosen: Fit) -> Fit | None:
+    """A fit with a number for each zone in its last effect, whether that earns its price or not.
+
+    None where it has one already, or frames held out do not fit better by it.
+    """
+    form = chosen.forms[-1]
+    own = tuple(n for n in form.strengths if form.effect.parameter(n).axis == "zone")
+    if not own or set(own) <= set(form.own):
+        return None
+    found = _best(train, chosen, [form.with_own(own)])
+    return found if found and on_others(test, found)[1] < on_others(test, chosen)[1] else None
+
+
 def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
     """A fit with its earlier effects in forms with less in them, where that costs less than it saves."""
     for at, form in enumerate(fitted.forms[:-1]):

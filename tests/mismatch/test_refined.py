@@ -5,7 +5,7 @@ import pytest
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
-from mismatch.refined import enriched, plainer, refined, richer
+from mismatch.refined import divided, enriched, plainer, refined, richer
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -94,3 +94,16 @@ def test_an_earlier_effect_keeps_what_nothing_else_says(drawn):
     x = np.concatenate([fit_nominal(simulation).x, pedestal.at_start(), [0.0]])
     both = fit(simulation, (pedestal, offset), x)
     assert plainer(simulation, both, FORMS) is both
+
+
+def test_zones_are_divided_where_frames_held_out_agree_and_only_once(drawn):
+    simulation = drawn(3, "ambient_pedestal", level=[0.0, 2.0, 6.0, 1.0])
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    found = divided(train, test, chosen(train, common("ambient_pedestal")))
+    assert found.forms[-1].own == ("level",)
+    np.testing.assert_allclose(found.settings[0].values["level"], [0, 2, 6, 1], atol=0.5)
+    assert divided(train, test, found) is None
+    assert divided(train, test, chosen(train, common("footprint_blur"))) is None
+    # Fitted to one half of one recording, and judged by a quite different one.
+    other = drawn(5, "ambient_pedestal", level=[6.0, 2.0, 0.0, 3.0]).of(ODD)
+    assert divided(train, other, chosen(train, common("ambient_pedestal"))) is None
