@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.ndimage import correlate1d
-from scipy.stats import skellam
+from scipy.special import ive
 
 from physics.effect import Values
 from physics.single_photons.looking import looking, looking_so, table
@@ -55,7 +55,9 @@ def strayed(counts: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.
     """
     for axis, way in ((1, 1), (2, -1)):
         walk = variance_px2 * np.exp(way * taller) / 2
-        reach = max(1, int(skellam.isf(REST, walk, walk)) + 1)
-        ends = skellam.pmf(np.arange(-reach, reach + 1), walk, walk)
+        # Bernstein's inequality for steps of one pixel: what lies beyond is less than exp(-k²/2 / (2 walk + k/3)).
+        rare = -np.log(REST)
+        reach = int(np.ceil(rare / 3 + np.sqrt(rare**2 / 9 + 4 * rare * walk)))
+        ends = ive(np.abs(np.arange(-reach, reach + 1)), 2 * walk)
         counts = correlate1d(counts.astype(float), ends / ends.sum(), axis=axis, mode="reflect")
     return counts

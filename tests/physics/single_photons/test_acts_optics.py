@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.ndimage import map_coordinates
 
 from physics.effects import all_effects, find_effect
@@ -67,6 +69,16 @@ def test_a_blurred_point_has_the_variance_and_its_light(variance):
     corner = np.zeros((1, 400, 500))
     corner[0, 0, -1] = 1
     assert strayed(corner, variance).sum() == pytest.approx(1)
+
+
+@given(st.floats(-9, 3), st.floats(-2, 2))
+def test_walks_of_any_length_keep_all_light(log_variance, taller):
+    """Whatever the variance: a search for where its tail ends had not come back for one of them."""
+    point = np.zeros((1, 7, 9))
+    point[0, 3, 4] = 1
+    spread = strayed(point, 10**log_variance, taller)
+    assert spread.sum() == pytest.approx(1, abs=1e-8)
+    assert (spread >= 0).all()
 
 
 def test_a_pixels_weight_is_what_photons_that_stray_find(world):
