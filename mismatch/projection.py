@@ -28,9 +28,8 @@ class Projection:
         own = own[:, scale > TINY] / scale[scale > TINY]
         u, s, _ = np.linalg.svd(own, full_matrices=False)
         self.own = u[:, s > 1e-6 * s.max(initial=0)]
-        self.residual = self.out(
-            self.frames_out((simulation.counts - gains.applied(fitted.expected)).ravel() * self.root)
-        )
+        # Not less what the frames' gains take up: they are taken out here, and would be twice.
+        self.residual = self.out(self.frames_out((simulation.counts - fitted.expected).ravel() * self.root))
 
     def frames_out(self, white: np.ndarray) -> np.ndarray:
         """Whitened (F·P·T, ...) less what the frames' gains could make."""

@@ -94,6 +94,33 @@ def test_projection_is_the_information_left_when_gain_and_frames_are_fitted_too(
     np.testing.assert_allclose(white.T @ white, left, rtol=1e-6, atol=1e-3)
 
 
+@pytest.mark.parametrize("sigma", [0.0, 0.004, 0.03])
+def test_what_is_promised_is_the_slope_of_a_likelihood_in_which_frames_have_gains(drawn, sigma):
+    """Of normal counts whose covariance is the photons' and that of the frames' gains, written out frame by frame."""
+    simulation = drawn(5)
+    factor = 1 + sigma * np.random.default_rng(2).normal(size=(FRAMES, 1, 1))
+    counts = np.random.default_rng(3).poisson(factor * simulation.counts).astype(float)
+    simulation = replace(simulation, counts=counts)
+    fitted = fit_nominal(simulation, sigma)
+    projection = Projection(simulation, fitted)
+    signal = (fitted.expected - BACKGROUND[:, None]).reshape(FRAMES, -1)
+    # A drift: of the frames' gains themselves.
+    drift = (np.linspace(-1, 1, FRAMES)[:, None] * signal).ravel()
+    mean = 1 / projection.root.reshape(FRAMES, -1) ** 2
+    away = (counts - fitted.expected).reshape(FRAMES, -1)
+    inverse = [np.linalg.inv(np.diag(m) + sigma**2 * np.outer(s, s)) for m, s in zip(mean, signal, strict=True)]
+
+    def product(one, other):
+        parts = zip(one.reshape(FRAMES, -1), inverse, other.reshape(FRAMES, -1), strict=True)
+        return sum(a @ v @ b for a, v, b in parts)
+
+    gain = fitted.columns[:, 0]
+    drift = drift - gain * product(drift, gain) / product(gain, gain)
+    white = projection.whitened(drift[:, None])[:, 0]
+    assert white @ projection.residual == pytest.approx(product(drift, away), rel=1e-6)
+    assert white @ white == pytest.approx(product(drift, drift), rel=1e-6)
+
+
 def test_what_is_fitted_already_promises_nothing(drawn):
     # One factor for all zones is the gain itself.
     found = scored(drawn(7), form_of("zone_gain"))
