@@ -37,12 +37,14 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
     gains = FrameGains(test, more.frame_gain_sigma)
     now, before = on_others(test, less)
     then, after = on_others(test, more)
-    mean, truth = (np.maximum(gains.applied(expected), LEAST) for expected in (now, then))
+    mean, truth = (np.maximum(expected, LEAST) for expected in (now, then))
     change = truth - mean
-    information = float((change**2 / mean).sum())
-    z = float((change * (test.counts - mean) / mean).sum()) / np.sqrt(max(information, 1e-12))
-    # Were `then` true, the deviance gained would be twice the divergence of `now` from it.
+    information = gains.product(now, change, change)
+    z = gains.product(now, change, test.counts - mean) / np.sqrt(max(information, 1e-12))
+    # Were `then` true, the deviance gained would be twice the divergence of `now` from it, less what the frames' gains
+    # could make of that.
     expected = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
+    expected *= information / max(float((change**2 / mean).sum()), 1e-12)
     if any(setting.effect.looks(setting.values) for setting in more.settings):
         # What has looked at these frames stands out by as much as its evidence is worth: the chance that noise makes
         # a likelihood ratio as large as exp(gain/2) is less than its inverse (Markov).

@@ -48,6 +48,22 @@ class FrameGains:
         total = float(deviance(self.simulation.counts, self.applied(expected)).sum())
         return total + (float((self.best(expected) ** 2).sum()) / self.sigma**2 if self.sigma else 0.0)
 
+    def product(self, expected: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
+        """Of two changes of expected counts (F, P, T), by the inverse covariance of photons and frames' gains.
+
+        That of each frame is diagonal but for one direction, that of its signal (Sherman and Morrison 1950, Ann. Math.
+        Stat. 21, 124).
+        """
+        weighted = one / np.maximum(self.applied(expected), LEAST)
+        found = float((weighted * other).sum())
+        if not self.sigma:
+            return found
+        mean = np.maximum(self.applied(expected), LEAST)
+        signal = np.maximum(expected - self.simulation.background[:, None], 0)
+        information = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
+        parts = [(signal * change / mean).sum(axis=(1, 2)) for change in (one, other)]
+        return found - float((parts[0] * parts[1] / information).sum())
+
     def normal_equations(self, expected: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N,) score and (N, N) information of coordinates, the frames' gains projected out.
 

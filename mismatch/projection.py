@@ -11,7 +11,11 @@ TINY = 1e-12
 
 
 class Projection:
-    """Whitened counts with a fit's own directions, and the frames' gains, taken out."""
+    """Whitened counts with a fit's own directions, and the frames' gains, taken out.
+
+    residual: what is left of counts, for scores. left: the same less what the frames' most likely gains take up, to
+    judge a fit by: how much gain fluctuates is a guess from few frames, and what fluctuates more is no misfit.
+    """
 
     def __init__(self, simulation: Simulation, fitted: Fit) -> None:
         self.shape = fitted.expected.shape
@@ -30,6 +34,8 @@ class Projection:
         self.own = u[:, s > 1e-6 * s.max(initial=0)]
         # Not less what the frames' gains take up: they are taken out here, and would be twice.
         self.residual = self.out(self.frames_out((simulation.counts - fitted.expected).ravel() * self.root))
+        applied = gains.applied(fitted.expected)
+        self.left = self.out(self.frames_out((simulation.counts - applied).ravel() * self.root))
 
     def frames_out(self, white: np.ndarray) -> np.ndarray:
         """Whitened (F·P·T, ...) less what the frames' gains could make."""

@@ -102,7 +102,7 @@ def tables(simulation: Simulation, fitted: Fit) -> list[Table]:
     """Every division's residuals beside a fit of the same frames."""
     projection = Projection(simulation, fitted)
     mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
-    residual, made = projection.residual / projection.root, projection.own / projection.root[:, None]
+    residual, made = projection.left / projection.root, projection.own / projection.root[:, None]
     return [table(division, residual, mean.ravel(), made) for division in divisions(simulation, fitted.expected)]
 
 

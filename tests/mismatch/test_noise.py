@@ -5,8 +5,11 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import norm, poisson
 
-from mismatch.fit import fit_nominal
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import forms_of
+from mismatch.gained import gained
 from mismatch.noise import FrameGains, frame_gain_sigma
+from physics.effects import find_effect
 
 from .conftest import BACKGROUND, FRAMES
 
@@ -88,3 +91,38 @@ def test_normal_equations_are_those_with_a_parameter_for_every_frame(rig, simula
         matrix, right = matrix[:3, :3] - taken @ matrix[3:, :3], right[:3] - taken @ right[3:]
     np.testing.assert_allclose(information, matrix, rtol=1e-6, atol=1e-6 * np.abs(matrix).max())
     np.testing.assert_allclose(score, right, rtol=1e-6, atol=1e-6 * np.abs(right).max())
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.003, 0.05])
+def test_changes_are_multiplied_by_the_inverse_covariance_of_photons_and_gains(drawn, sigma):
+    """Written out frame by frame; what goes with a frame's gain counts for as much less as that fluctuates."""
+    simulation = drawn(4)
+    expected = fit_nominal(simulation).expected
+    gains = FrameGains(simulation, sigma)
+    rng = np.random.default_rng(5)
+    signal = expected - BACKGROUND[:, None]
+    one, other = (rng.normal(size=expected.shape) + rng.normal(size=(FRAMES, 1, 1)) * signal / 50 for _ in range(2))
+    closed = 0.0
+    for f in range(FRAMES):
+        mean, s = gains.applied(expected)[f].ravel(), signal[f].ravel()
+        inverse = np.linalg.inv(np.diag(mean) + sigma**2 * np.outer(s, s))
+        closed += one[f].ravel() @ inverse @ other[f].ravel()
+    assert gains.product(expected, one, other) == pytest.approx(closed, rel=1e-6)
+
+
+def test_a_drift_stands_out_of_gain_that_fluctuates(rig, simulated):
+    """Its z on frames held out scatters by 1 about the root of what it should gain there."""
+    sigma, away = 0.01, []
+    drift = 1 + 0.05 * np.linspace(-1, 1, FRAMES)
+    for seed in range(20):
+        rng = np.random.default_rng([9, seed])
+        simulation = fluctuating(rig, simulated, seed, drift * (1 + sigma * rng.normal(size=FRAMES)))
+        test = simulation.of(np.arange(1, FRAMES, 2))
+        (form, *_) = forms_of(find_effect("gain_drift"), {"zone": 4, "bin": 48})
+        less = fit_nominal(simulation, sigma)
+        more = fit(simulation, (form,), np.concatenate([less.x, form.at_start()]), sigma)
+        found = gained(test, less, more)
+        away.append(found.z - np.sqrt(found.expected))
+    assert found.expected > 5
+    assert abs(np.mean(away)) < 1
+    assert 0.3 < np.std(away) < 2
