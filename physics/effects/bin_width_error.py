@@ -46,7 +46,6 @@ class BinWidthError(Effect):
         ("warmup", "tau"),
         ("error", "warmup", "tau"),
         ("warmup", "tau", "zero_in_seconds"),
-        ("apart",),
         ("error", "apart"),
     )
     richer = forms[-1:]

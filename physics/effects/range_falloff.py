@@ -18,9 +18,10 @@ class RangeFalloff(Effect):
 
     Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it: steepness 2. Fields
     of emitter and receiver that lie beside each other meet more suddenly; of Gaussian beams a part
-    1 - exp(-(r / overlap_range)^steepness) is caught, and `sudden` is how far from the one law to the other. Where
-    these look past each other, or a lens is focused at some distance, the law is a power of another exponent over the
-    ranges that are met.
+    1 - exp(-(r / overlap_range)^steepness) is caught, and of a beam that moves evenly into a field of its own width
+    (r / overlap_range)^steepness until that is 1. `sudden` is how far from one law to the next. Where these look past
+    each other, or a lens is focused at some distance, the law is a power of another exponent over the ranges that are
+    met.
     """
 
     id = "range_falloff"
@@ -34,7 +35,14 @@ class RangeFalloff(Effect):
         LookAlike("pile_up", "Dim the target, not its range: pile-up lessens, falloff stays."),
         LookAlike("reflectance_map", "Step one target in range: only falloff changes with it."),
     )
-    forms = (("overlap_range",), ("overlap_range", "steepness"), ("overlap_range", "sudden"), ("exponent",))
+    forms = (
+        ("overlap_range",),
+        ("overlap_range", "steepness"),
+        ("overlap_range", "sudden"),
+        ("exponent",),
+        ("overlap_range", "steepness", "sudden"),
+    )
+    richer = forms[-1:]
     parameters = (
         Parameter(
             "overlap_range",
@@ -56,7 +64,7 @@ class RangeFalloff(Effect):
             tries=(4.0,),
             sentence="Power of range with which light is lost, far closer than that.",
         ),
-        Parameter("sudden", "1", 0.0, 1.0, 0.0, "0 where overlap sets in by a ratio, 1 by an exponential."),
+        Parameter("sudden", "1", 0.0, 2.0, 0.0, "0 where overlap sets in by a ratio, 1 exponentially, 2 evenly."),
         Parameter(
             "exponent",
             unit="1",
@@ -81,8 +89,10 @@ class RangeFalloff(Effect):
         # Alike in all frames, unless their clock moves.
         caught = 1 / (1 + lost)
         if values["sudden"]:
-            whole = -np.expm1(-1 / np.maximum(lost, 1e-300))
-            caught += values["sudden"] * (whole - caught)
+            ratio = 1 / np.maximum(lost, 1e-300)
+            laws = caught, -np.expm1(-ratio), np.minimum(ratio, 1)
+            first = min(int(values["sudden"]), 1)
+            caught = laws[first] + (values["sudden"] - first) * (laws[first + 1] - laws[first])
         part = ranges**-faster * caught
         return replace(arrivals, light=arrivals.light * part)
 

@@ -19,10 +19,10 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     ranges = way_m(photons, world) / 2
     blur = by_zone(world, values["overlap_range"])[photons.zone]
     near, far = blur ** values["steepness"], ranges ** values["steepness"]
-    # Those that come off a Gaussian beam: what is beyond as many radii as the ratio says.
-    by_beam = rng.random(len(photons)) < values["sudden"]
-    inside = rng.exponential(size=len(photons)) * near < far
-    caught = np.where(by_beam, inside, rng.random(len(photons)) * (far + near) < far)
+    # Each by one of three laws: out of focus; a Gaussian beam's, inside so many radii; over a field's edge or not yet.
+    law = np.floor(values["sudden"] + rng.random(len(photons)))
+    inside, over = rng.exponential(size=len(photons)) * near < far, rng.random(len(photons)) * near < far
+    caught = np.select([law == 0, law == 1], [rng.random(len(photons)) * (far + near) < far, inside], over)
     faster = by_zone(world, values["exponent"])[photons.zone]
     caught &= rng.random(len(photons)) * _most(world, values) < np.maximum(ranges, 1e-9) ** -faster
     return photons.only(caught | (photons.pixel == NO_PIXEL))

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import rayleigh
+from scipy.stats import expon, rayleigh, uniform
 
 from physics.effects.range_falloff import effect
 from physics.light import Return
@@ -43,6 +43,18 @@ def test_of_a_gaussian_beam_what_lies_within_a_radius_is_caught(small, overlap, 
     found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
     expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
     np.testing.assert_allclose(found, expected, atol=2e-4 * expected.max())
+
+
+@pytest.mark.parametrize(("overlap", "sudden"), [(0.8, 2.0), (0.8, 1.4)])
+def test_a_beam_may_move_evenly_into_the_field(small, overlap, sudden):
+    direct = small.light.returns[0]
+    ratio = direct.range_m.astype(float) / overlap
+    caught = (2 - sudden) * expon.cdf(ratio) + (sudden - 1) * uniform.cdf(ratio)
+    light = replace(small.light, returns=(Return(direct.range_m, (direct.strength * caught).astype(np.float32)),))
+    setting = effect.at(overlap_range=overlap, steepness=1, sudden=sudden)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
+    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, expected, atol=3e-4 * expected.max())
 
 
 def test_an_exponential_begins_where_it_loses_some_of_what_is_near(small):
