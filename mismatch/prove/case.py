@@ -24,6 +24,9 @@ KINDS = ("single", "nothing", "pair", "unknown")
 SHARES = (0.45, 0.27, 0.13, 0.15)
 FRAMES = (48, 96)
 TRIES = 12
+# How often an effect is concealed in the first of its forms. How many times as strong as at its start one strength of
+# several is, or that of one zone.
+FIRST, UNLIKE = 0.5, (0.2, 1.8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +106,9 @@ def draw_setting(
 
     nominal: (F, P, T) expected counts of `model` at `gain` without effects.
     """
-    names = effect.forms[int(rng.integers(len(effect.forms)))] if effect.forms else [p.name for p in effect.parameters]
+    forms = effect.forms or (tuple(p.name for p in effect.parameters),)
+    # Half of the time as anybody would write it first.
+    names = forms[0] if rng.random() < FIRST else forms[int(rng.integers(len(forms)))]
     values, strengths = {}, []
     for name in names:
         p = effect.parameter(name)
@@ -113,9 +118,10 @@ def draw_setting(
             continue
         strengths.append(p)
         sign = rng.choice([-1.0, 1.0]) if p.low < p.vanishes_at < p.high else 1.0
-        size = np.full(nominal.shape[1], 1.0)
+        # What takes away as much as something else of the same effect adds would not show.
+        size = np.full(nominal.shape[1], 1.0 if len(strengths) == 1 else rng.uniform(*UNLIKE))
         if p.axis == "zone" and rng.random() < 0.5:
-            size = rng.uniform(0.2, 1.8, nominal.shape[1]) * (
+            size = rng.uniform(*UNLIKE, nominal.shape[1]) * (
                 rng.choice([-1, 1], nominal.shape[1]) if p.low < p.vanishes_at else 1
             )
         if p.axis in ("bin", "edge"):

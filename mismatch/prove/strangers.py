@@ -18,11 +18,10 @@ def warming_pulse(expected: np.ndarray, strength: float, rng: np.random.Generato
                      for frame, s in zip(expected, sigmas, strict=True)])  # fmt: skip
 
 
-def one_wide_zone(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
-    """The pulse of two zones is wider than that of the others."""
+def every_other_pulse(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
+    """The pulse is wider in every other frame."""
     out = expected.copy()
-    for zone in rng.choice(expected.shape[1], 2, replace=False):
-        out[:, zone] = gaussian_filter1d(expected[:, zone], strength, axis=-1, mode="nearest")
+    out[1::2] = gaussian_filter1d(expected[1::2], strength, axis=-1, mode="nearest")
     return out
 
 
@@ -50,10 +49,11 @@ def blinking_zone(expected: np.ndarray, strength: float, rng: np.random.Generato
     return out
 
 
-def flicker(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
-    """Lamps flicker: a pedestal that beats with the frames."""
-    wave = 1 + np.sin(2 * np.pi * rng.uniform(0.15, 0.4) * np.arange(len(expected)) + rng.uniform(0, 6))
-    return expected + 10 * strength * wave[:, None, None]
+def hum(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
+    """The mains are heard while bins are counted: a wave over the bins, in each frame in another place."""
+    phases, bins = rng.uniform(0, 2 * np.pi, len(expected)), np.arange(expected.shape[-1])
+    wave = 1 + np.sin(2 * np.pi * bins / rng.uniform(20, 60) + phases[:, None])
+    return expected + 10 * strength * wave[:, None, :]
 
 
 def trembling_clock(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
@@ -88,7 +88,7 @@ def deaf_bins(expected: np.ndarray, strength: float, rng: np.random.Generator) -
 STRANGERS: dict[str, Stranger] = {
     f.__name__: f
     for f in (
-        warming_pulse, one_wide_zone, leak_to_next_zone, precursor, blinking_zone, flicker, trembling_clock,
+        warming_pulse, every_other_pulse, leak_to_next_zone, precursor, blinking_zone, hum, trembling_clock,
         travelling_ripple, stale_frames, deaf_bins,
     )
 }  # fmt: skip

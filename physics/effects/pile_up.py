@@ -15,7 +15,10 @@ class PileUp(Effect):
         N · exp(-Σ_{s<t} μ_s) · (1 - exp(-μ_t))
 
     (Coates 1968, J. Phys. E 1, 878). A zone whose light is shared by n channels has μ = λ/n and n times N shots:
-    `share` is 1/n. Where nobody says how many shots there were, `per_count` stands for share/N.
+    `share` is 1/n. Where nobody says how many shots there were, `per_count` stands for share/N. Two zones may be timed
+    by one converter, which what either sees keeps busy: of μ and ν in a bin, the zone that sees μ gets
+    μ/(μ + ν)·(1 - exp(-μ - ν)), with `partner` of the neighbour's ν. Neighbours are zones 0 and 1, 2 and 3 and so on,
+    or, with `next` 1, 1 and 2, 3 and 4, as in a TMF882x, whose reference shares a converter with its first zone.
     """
 
     id = "pile_up"
@@ -33,7 +36,7 @@ class PileUp(Effect):
             "gain_drift", "Compare dark and bright targets in one frame: drift scales both, pile-up only the bright."
         ),
     )
-    forms = (("share",), ("per_count",))
+    forms = (("share",), ("per_count",), ("share", "partner"), ("per_count", "partner"))
     parameters = (
         Parameter(
             "share",
@@ -55,6 +58,10 @@ class PileUp(Effect):
             axis="zone",
             sentence="Photons in a shot and channel for each count expected: 1 over the shots where they are unknown.",
         ),
+        Parameter(
+            "partner", "1", 0.0, 1.0, 0.0, "Part of a neighbour's light that the same converter times.", tries=(1.0,)
+        ),
+        Parameter("next", "1", 0.0, 1.0, 0.0, "Whose neighbour that is: 0 of zones 0 and 1, 1 of 1 and 2."),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -65,15 +72,30 @@ class PileUp(Effect):
             if cycles is None:
                 raise Refusal("effect pile_up: laser_cycles is missing, expected the number of laser shots in a frame")
             rate = rate + np.atleast_1d(values["share"])[:, None] / cycles[:, None, None]
-        per_shot = rendering.expected * np.maximum(rate, np.finfo(float).tiny)
-        earlier = np.cumsum(per_shot, axis=-1) - per_shot
+        rate = np.maximum(rate, np.finfo(float).tiny)
+        per_shot = rendering.expected * rate
+        # All that the converter meets: a neighbour's light goes through channels of the same shots.
+        met = per_shot + values["partner"] * rate * neighbours(rendering.expected, round(values["next"]))
+        earlier = np.cumsum(met, axis=-1) - met
         # expm1(-μ)/-μ, which is 1 where μ vanishes, keeps the counts exact at small rates.
-        hidden = np.where(per_shot > 0, -np.expm1(-per_shot) / np.where(per_shot > 0, per_shot, 1), 1)
+        hidden = np.where(met > 0, -np.expm1(-met) / np.where(met > 0, met, 1), 1)
         return rendering.expected * np.exp(-earlier) * hidden
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The other neighbour."""
+        return [{"partner": 1.0, "next": 1.0}] if expected.shape[1] > 2 else []
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """How many shots there were need not be guessed where it is known."""
         return bool(np.any(values["per_count"])) and rendering.light.laser_cycles is not None
+
+
+def neighbours(expected: np.ndarray, following: int) -> np.ndarray:
+    """What each zone's neighbour receives, 0 where it has none. (F, P, T); following: 0 or 1, the parameter `next`."""
+    zones = np.arange(expected.shape[1])
+    other = following + ((zones - following) ^ 1)
+    there = (zones >= following) & (other < len(zones))
+    return np.where(there[:, None], expected[:, np.where(there, other, 0)], 0)
 
 
 effect = PileUp()

@@ -14,7 +14,7 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     """The first of each channel and shot; photons fall on their zone's 1/share channels at random.
 
     Where 1/share is not whole, the last of the channels is alive in a part of the shots only. Shots that nobody counted
-    are as many as `per_count` says.
+    are as many as `per_count` says. A neighbour's photons hide those of a zone, each with the chance `partner`.
     """
     rate = by_zone(world, values["per_count"])
     if np.any(values["share"]):
@@ -24,6 +24,8 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     # Places in so many shots and channels; of a million millions there is no dead time to speak of.
     places = np.maximum(1, np.rint(1 / np.maximum(rate, 1e-12))).astype(np.int64)
     opened = photons.only(in_window(photons, world))
+    own = len(opened)
+    opened = _with_neighbours(opened, world, values, rng)
     # Shot and channel in one number: the remainder by the number of shots, and the quotient.
     chance = rng.integers(places[opened.zone])
     place = opened.zone * (places.max() + 1) + chance
@@ -32,4 +34,14 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     kept = np.zeros(len(opened), bool)
     kept[by_time[first]] = True
     kept |= rate[opened.zone] == 0
+    kept[own:] = False
     return replace(opened, shot=chance % (world.laser_cycles or 1)).only(kept)
+
+
+def _with_neighbours(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """These, and after them those of neighbours as if they fell on the zone that they keep busy."""
+    following = round(values["next"])
+    pair = (photons.zone - following) // 2
+    other = following + 2 * pair + 1 - (photons.zone - following) % 2
+    there = (pair >= 0) & (other < world.zones) & (rng.random(len(photons)) < values["partner"])
+    return photons.and_also(replace(photons, zone=other).only(there))

@@ -39,6 +39,21 @@ def test_shots_drawn_one_by_one_agree(model):
     assert (np.abs(drawn - seen) < 5 * np.sqrt(seen / 20) + 1e-9).all()
 
 
+@pytest.mark.parametrize(("following", "pairs", "single"), [(0, [(0, 1), (2, 3)], []), (1, [(1, 2)], [0, 3])])
+def test_zones_of_one_converter_share_its_first_photon(model, following, pairs, single):
+    """Together they register what one zone that receives the light of both would, each its part of every bin."""
+    nominal = model.expected(3e3)
+    shared = model.expected(3e3, [effect.at(share=1, partner=1, next=following)])
+    for one, other in pairs:
+        light = (nominal[:, one] + nominal[:, other]) / CYCLES
+        waiting = np.exp(-np.cumsum(light, axis=-1) + light)
+        both = CYCLES * waiting * (1 - np.exp(-light))
+        np.testing.assert_allclose(shared[:, one] + shared[:, other], both, rtol=1e-9)
+        np.testing.assert_allclose(shared[:, one] * nominal[:, other], shared[:, other] * nominal[:, one], rtol=1e-9)
+    alone = model.expected(3e3, [effect.at(share=1)])
+    np.testing.assert_allclose(shared[:, single], alone[:, single], rtol=1e-12)
+
+
 def test_no_zone_counts_more_than_its_channels_have_shots(model):
     flood = [effect.at(share=0.25), pedestal.at(level=1e6)]
     total = model.expected(1.0, flood).sum(axis=-1)

@@ -129,7 +129,13 @@ STRENGTHS = {
         {"gloss_1": 1, "gloss_2": 2, "gloss_exponent": 3, "tail": 4},
     ],
     "parallax": [{"x": 0.03, "y": -0.02}, {"x": -0.08, "y": 0.05}],
-    "pile_up": [{}, {"share": [1, 0.5, 0.3, 0]}, {"per_count": [3e-5, 1e-5, 0, 2e-5]}],
+    "pile_up": [
+        {},
+        {"share": [1, 0.5, 0.3, 0]},
+        {"per_count": [3e-5, 1e-5, 0, 2e-5]},
+        {"partner": 1.0},
+        {"share": [1, 0.5, 0.3, 0.8], "partner": 0.5, "next": 1.0},
+    ],
     "range_aliasing": [
         {"counts": [3e4, 1e4, 0, 2e4]},
         {"counts": 2e4, "apparent_range": 0.4, "jitter": 0},
