@@ -14,7 +14,8 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     """The first of each channel and shot; photons fall on their zone's 1/share channels at random.
 
     Where 1/share is not whole, the last of the channels is alive in a part of the shots only. Shots that nobody counted
-    are as many as `per_count` says. A neighbour's photons hide those of a zone, each with the chance `partner`.
+    are as many as `per_count` says. Photons of the other zone of a converter hide a zone's own, each with the chance
+    `partner`.
     """
     rate = by_zone(world, values["per_count"])
     if np.any(values["share"]):
@@ -25,7 +26,7 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     places = np.maximum(1, np.rint(1 / np.maximum(rate, 1e-12))).astype(np.int64)
     opened = photons.only(in_window(photons, world))
     own = len(opened)
-    opened = _with_neighbours(opened, world, values, rng)
+    opened = _with_others(opened, world, values, rng)
     # Shot and channel in one number: the remainder by the number of shots, and the quotient.
     chance = rng.integers(places[opened.zone])
     place = opened.zone * (places.max() + 1) + chance
@@ -38,10 +39,12 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     return replace(opened, shot=chance % (world.laser_cycles or 1)).only(kept)
 
 
-def _with_neighbours(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """These, and after them those of neighbours as if they fell on the zone that they keep busy."""
-    following = round(values["next"])
-    pair = (photons.zone - following) // 2
-    other = following + 2 * pair + 1 - (photons.zone - following) % 2
-    there = (pair >= 0) & (other < world.zones) & (rng.random(len(photons)) < values["partner"])
+def _with_others(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """These, and after them those of others as if they fell on the zone that they keep busy."""
+    zones = np.arange(world.zones)
+    other = by_zone(world, values["other"]).round().astype(int)
+    # In order two by two, unless somebody says how; the last of an odd number is alone.
+    other = np.where(other < 0, zones + 1 - 2 * (zones % 2), other)
+    other = np.where(other < world.zones, other, zones)[photons.zone]
+    there = (other != photons.zone) & (rng.random(len(photons)) < values["partner"])
     return photons.and_also(replace(photons, zone=other).only(there))
