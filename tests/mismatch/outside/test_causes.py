@@ -168,5 +168,20 @@ def test_a_ghost_is_looked_for_where_it_is(scene, of):
         clock=clock, background=BACKGROUND[:, None], footprints=SimpleNamespace(zone_grid=(2, 2))
     )
     starts = ghost.starts(found - plain, plain, rendering)
-    delays = [start["delay"] for start in starts if start["of"] == of]
+    delays = [start["delay"] for start in starts if start.get("of") == of]
     assert min(abs(delay - 5 * WIDTH_S) for delay in delays) <= WIDTH_S
+
+
+def test_data_tell_whose_ghost_a_zone_receives(scene):
+    model, _, clock = scene
+    plain = model.expected(1000.0)
+    found = changed(model, "zone_ghost", share=0.3, delay=4 * WIDTH_S, source=[2, 1, 1, 3])
+    light = plain - BACKGROUND[:, None]
+    np.testing.assert_allclose((found - plain)[:, 0, 4:], 0.3 * light[:, 2, :-4], atol=1e-9 * light.max())
+    np.testing.assert_allclose(found[:, [1, 3]], plain[:, [1, 3]], rtol=1e-12)
+    rendering = SimpleNamespace(
+        clock=clock, background=BACKGROUND[:, None], footprints=SimpleNamespace(zone_grid=(2, 2))
+    )
+    start = CAUSES["zone_ghost"].starts(found - plain, plain, rendering)[-1]
+    assert start["source"].tolist() == [2, 1, 1, 3]
+    assert start["delay"] == pytest.approx(4 * WIDTH_S, abs=WIDTH_S / 2)
