@@ -1,8 +1,11 @@
 """`time_lag`: LiDAR and camera do not look at the same time."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
-from physics.arrivals import arrivals
+from physics.arrivals import Arrivals, arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.light_between import around, from_neighbours, light_at
@@ -17,6 +20,10 @@ class TimeLag(Effect):
     What it sees then is taken pixel by pixel from the two frames around that time, range and strength linear in
     between; where an edge passes, part of the light of either (`light_at`). What it sees before the first frame and
     after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`.
+
+    A sensor with more zones than converters measures them in two bursts: some zones look `burst` seconds later still,
+    those of which `late` is 1. What either sees then is what surfaces send back directly; where zones look, and what
+    other effects add by ways of their own, stays as it is in the image's frame.
     """
 
     id = "time_lag"
@@ -28,7 +35,7 @@ class TimeLag(Effect):
         LookAlike("footprint_shift", "Hold sensor and scene still: a shift stays, a lag has nothing to show."),
         LookAlike("parallax", "Hold sensor and scene still: parallax stays, a lag has nothing to show."),
     )
-    forms = (("lag",), ("skew",), ("lag", "skew"), ("lag", "beyond"))
+    forms = (("lag",), ("skew",), ("lag", "skew"), ("burst",), ("lag", "burst"), ("lag", "beyond"))
     richer = forms[-1:]
     parameters = (
         Parameter(
@@ -42,6 +49,16 @@ class TimeLag(Effect):
             sentence="How much later than the camera the LiDAR looks.",
         ),
         Parameter("skew", "1", -0.5, 0.5, 0.01, "Seconds by which that grows in a second.", vanishes_at=0.0),
+        Parameter("burst", "s", -2.0, 2.0, 0.02, "How much later zones of a second burst look.", vanishes_at=0.0),
+        Parameter(
+            "late",
+            unit="1",
+            low=-1.0,
+            high=1.0,
+            start=-1.0,
+            axis="zone",
+            sentence="1 for zones of the second burst, 0 for others; -1 where those of the second half are.",
+        ),
         Parameter("beyond", "1", 0.0, 1.0, 0.0, "How far things move on before the first frame and after the last."),
     )
 
@@ -49,14 +66,21 @@ class TimeLag(Effect):
         """Seconds before and after a frame from which its light comes."""
         if values["skew"]:
             return np.inf, np.inf
-        return max(-values["lag"], 0.0), max(values["lag"], 0.0)
+        lag, burst = values["lag"], values["burst"]
+        return max(-lag, -lag - burst, 0.0), max(lag, lag + burst, 0.0)
 
     def light(self, values: Values, rendering: Rendering) -> Light:
         """What the scene sends back at the LiDAR's times; the frames keep theirs."""
-        if values["lag"] == 0 and values["skew"] == 0:
-            return rendering.light
-        time_s = np.asarray(rendering.light.time_s)
-        return light_at(rendering.light, time_s + values["lag"] + values["skew"] * time_s, values["beyond"])
+        return rendering.light if values["burst"] else _then(values, rendering.light)
+
+    def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
+        """What zones of either burst see by then, in place of what they would have seen with the image."""
+        if not values["burst"]:
+            return rendering.arrivals
+        bursts = values, {**values, "lag": values["lag"] + values["burst"]}
+        first, second = (arrivals(_then(of, rendering.light), rendering.footprints, rendering.clock) for of in bursts)
+        late = late_zones(values, first.light.shape[1])
+        return replace(first, light=np.where(late[:, None], second.light, first.light))
 
     def unseen(self, values: Values, rendering: Rendering) -> float:
         """What interpolation is off, as that of frames which were seen tells.
@@ -66,16 +90,69 @@ class TimeLag(Effect):
         25.2.1).
         """
         light, times = rendering.light, np.asarray(rendering.light.time_s, float)
-        lower, upper, part = around(times, times + values["lag"] + values["skew"] * times, 0.0)
-        way = part * (1 - part)
-        if not way.any():
+        late = late_zones(values, rendering.footprints.seen[0][1].shape[1]) & (values["burst"] != 0)
+        bursts = []
+        for of, lag in ((~late, values["lag"]), (late, values["lag"] + values["burst"])):
+            lower, upper, part = around(times, times + lag + values["skew"] * times, 0.0)
+            bursts.append((of, lower, upper, part * (1 - part)))
+        if not any(way.any() for *_, way in bursts):
             return 0.0
         counts, guessed = (
             rendering.gain * arrivals(seen, rendering.footprints, rendering.clock).binned()
             for seen in (light, from_neighbours(light))
         )
-        off = ((guessed - counts) ** 2 / np.maximum(counts + rendering.background, 1)).sum(axis=(1, 2))
-        return float((way**2 * (off[lower] + off[upper]) / 2).sum())
+        off = ((guessed - counts) ** 2 / np.maximum(counts + rendering.background, 1)).sum(axis=2)
+        return sum(
+            float((way**2 * (off[lower] + off[upper])[:, of].sum(axis=1) / 2).sum()) for of, lower, upper, way in bursts
+        )
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
+        """Zones in two groups, by the lag that explains most of an excess in each by itself."""
+        light, zones = rendering.light, expected.shape[1]
+        step_s = float(np.median(np.diff(light.time_s))) / 2 if light.frames > 1 else 0.0
+        if zones < 2 or not step_s > 0:
+            return []
+        later, before = (
+            arrivals(light_at(light, np.asarray(light.time_s) + side * step_s), rendering.footprints, rendering.clock)
+            for side in (1, -1)
+        )
+        slope = rendering.gain * (later.binned() - before.binned()) / (2 * step_s)
+        told = (slope**2 / np.maximum(expected, 1)).sum(axis=(0, 2))
+        lags = (slope * excess / np.maximum(expected, 1)).sum(axis=(0, 2)) / np.maximum(told, 1e-12)
+        late = _two_groups(lags, told)
+        lag, burst = (float((told[of] * lags[of]).sum() / max(told[of].sum(), 1e-12)) for of in (~late, late))
+        low, high = self.parameter("lag").low, self.parameter("lag").high
+        lag, burst = float(np.clip(lag, low, high)), float(np.clip(burst - lag, low, high))
+        return [{"lag": lag, "burst": burst, "late": late.astype(float)}, {"burst": burst, "late": late.astype(float)}]
+
+
+def _then(values: Values, light: Light) -> Light:
+    """Light at the LiDAR's times."""
+    if values["lag"] == 0 and values["skew"] == 0:
+        return light
+    time_s = np.asarray(light.time_s)
+    return light_at(light, time_s + values["lag"] + values["skew"] * time_s, values["beyond"])
+
+
+def late_zones(values: Values, zones: int) -> np.ndarray:
+    """(P,) whether each zone is of the second burst."""
+    late = np.broadcast_to(np.asarray(values["late"], float), (zones,))
+    return np.where(late < 0, np.arange(zones) >= zones / 2, late > 0.5)
+
+
+def _two_groups(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(P,) which of the values belong to the group farther from 0, of the two that differ most."""
+    order = np.argsort(values)
+    weight, sums = np.cumsum(weights[order])[:-1], np.cumsum((weights * values)[order])[:-1]
+    rest, other = weights.sum() - weight, (weights * values).sum() - sums
+    parts = np.where(
+        (weight > 0) & (rest > 0), sums**2 / np.maximum(weight, 1e-12) + other**2 / np.maximum(rest, 1e-12), 0
+    )
+    at = int(parts.argmax())
+    upper = np.zeros(len(values), bool)
+    upper[order[at + 1 :]] = True
+    farther = abs(other[at]) / max(rest[at], 1e-12) >= abs(sums[at]) / max(weight[at], 1e-12)
+    return upper if farther else ~upper
 
 
 effect = TimeLag()

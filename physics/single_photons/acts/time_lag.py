@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from physics.effect import Values
+from physics.single_photons.draw import by_zone, returned
 from physics.single_photons.looking import Looking, looking_so
-from physics.single_photons.world import World
+from physics.single_photons.world import NO_PIXEL, Photons, World
 
 # A surface whose range changes by more than this, beyond what half of the image does, has not moved: another has come.
 ANOTHER = 0.05
@@ -17,6 +18,26 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
 
     Where another surface has come, each photon is drawn to come from the one or the other.
     """
+    if values["burst"]:
+        return world
+    return _then(world, values)
+
+
+def photons(photons: Photons, here: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Zones of two bursts receive what comes back by then, in place of what came with the image."""
+    if not values["burst"]:
+        return photons
+    late = by_zone(here, values["late"])
+    late = np.where(late < 0, 2 * np.arange(here.zones) >= here.zones, late == 1)
+    found = photons.only(photons.pixel == NO_PIXEL)
+    for of, lag in ((~late, values["lag"]), (late, values["lag"] + values["burst"])):
+        then = returned(_then(here, {**values, "lag": lag}), rng)
+        found = found.and_also(then.only(of[then.zone]))
+    return found
+
+
+def _then(world: World, values: Values) -> World:
+    """The scene at another time."""
     times = world.times_s
     there = float(np.clip((1 + values["skew"]) * world.time_s + values["lag"], times[0], times[-1]))
     before, after = (world.at(t) for t in (times[times <= there].max(), times[times >= there].min()))

@@ -61,6 +61,34 @@ def test_where_nothing_moves_there_is_nothing_to_see(small):
     np.testing.assert_array_equal(model.expected(1e3, [effect.at(lag=-1.0)]), model.expected(1e3))
 
 
+@pytest.mark.parametrize(
+    ("late", "second"), [(-1.0, [False, False, True, True]), ([1, 0, 0, 1], [True, False, False, True])]
+)
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_zones_of_a_second_burst_look_later(small, late, second, lag):
+    model = ForwardModel(approaching(TIMES), small.footprints, small.clock)
+    found = model.expected(1e3, [effect.at(lag=lag, burst=0.04, late=late)])
+    first, then = (model.expected(1e3, [effect.at(lag=by)]) for by in (lag, lag + 0.04))
+    wanted = np.where(np.array(second)[:, None], then, first)
+    np.testing.assert_allclose(found, wanted, atol=1e-9 * wanted.max())
+    assert effect.reach(effect.at(lag=-0.1, burst=0.3).values) == pytest.approx((0.1, 0.2))
+
+
+@pytest.mark.parametrize(("lag", "burst"), [(0.0, 0.03), (0.02, -0.05)])
+def test_data_tell_which_zones_were_measured_later(small, lag, burst):
+    light = approaching(TIMES)
+    model = ForwardModel(light, small.footprints, small.clock, 1.0)
+    plain = model.expected(1e3)
+    excess = model.expected(1e3, [effect.at(lag=lag, burst=burst, late=[0, 1, 0, 1])]) - plain
+    start, alone = effect.starts(excess, plain, Rendering(light, small.footprints, small.clock, 1e3, background=1.0))
+    farther = 1.0 if abs(lag + burst) > abs(lag) else 0.0
+    assert start["late"].tolist() == [1 - farther, farther, 1 - farther, farther]
+    assert start["lag"] + (start["burst"] if farther else 0) == pytest.approx(
+        lag + (burst if farther else 0), rel=0.5, abs=0.004
+    )
+    assert alone["late"] is start["late"] or (alone["late"] == start["late"]).all()
+
+
 def test_pixels_that_come_to_be_known_rise_from_nothing(small):
     """Counts are continuous in the lag, at 0 too: what is unknown in a frame contributes nothing at its time."""
     depth = np.ones((2, 6, 10), np.float32)

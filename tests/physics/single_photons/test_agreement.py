@@ -193,7 +193,13 @@ STRENGTHS = {
         {"share": 0.2, "clocks": 0.7},
         {"share": 0, "glare": 0.1, "glare_y": 0.2},
     ],
-    "time_lag": [{"lag": 0.03}, {"lag": -0.13}, {"lag": 0.02, "skew": -0.4}],
+    "time_lag": [
+        {"lag": 0.03},
+        {"lag": -0.13},
+        {"lag": 0.02, "skew": -0.4},
+        {"burst": 0.05},
+        {"lag": 0.03, "burst": -0.07, "late": [1, 0, 0, 1]},
+    ],
     "time_zero_drift": [
         {"rate": 3e-9},
         {"rate": -2e-9},
