@@ -119,12 +119,17 @@ def dispersion(counts: np.ndarray, mean: np.ndarray) -> Check:
 
 
 def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
-    """Whether counts leave every remainder alike often, in the zone where they do so least."""
+    """Whether counts leave every remainder alike often, in the zone where they do so least.
+
+    But for cells about as bright as its largest count: that of a full counter comes often, whatever its remainder.
+    """
     out = []
     for step in STEPS:
         worst, where = 1.0, 0
         for zone in range(counts.shape[1]):
-            many = counts[:, zone][mean[:, zone] >= EVEN * (step / 4) ** 2].astype(np.int64)
+            seen, bright = counts[:, zone], mean[:, zone]
+            below = bright + 2 * np.sqrt(bright) < seen.max()
+            many = seen[below & (bright >= EVEN * (step / 4) ** 2)].astype(np.int64)
             if len(many) < 10 * step:
                 continue
             found = np.bincount(many % step, minlength=step)
@@ -133,5 +138,5 @@ def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
                 worst, where = p, zone
         p_value = min(1.0, worst * counts.shape[1])
         said = f"counts of zone {where} divided by {step} leave some remainders more often than others"
-        out.append(Check(p_value, said))  # Counters that are full leave one remainder, too.
+        out.append(Check(p_value, said))
     return out

@@ -86,9 +86,14 @@ class Form:
         return np.array([to_coordinate(p, v) for p, v in zip(parameters, np.concatenate(parts), strict=True)])
 
     def coordinates_from(self, other: "Form", setting: Setting) -> np.ndarray:
-        """(N,) coordinates of a setting of another form; what that neither varied nor was given begins as here."""
+        """(N,) coordinates of a setting of another form; what that neither varied nor was given begins as here.
+
+        Where zones had values of their own and have one here, that begins amid them.
+        """
         new = {p.name for p, _ in self.coordinates if p.vanishes_at is None} - {*other.free, *other.given}
-        return self.coordinates_of(self.effect.at(**(setting.values | {name: self.start[name] for name in new})))
+        values = setting.values | {name: self.start[name] for name in new}
+        alike = {n: float(np.median(values[n])) for n in set(self.free) - set(self.own)}
+        return self.coordinates_of(self.effect.at(**(values | alike)))
 
     def with_own(self, own: tuple[str, ...]) -> "Form":
         """The same form in which each zone has its own values of these parameters; a fit of it begins elsewhere."""

@@ -17,8 +17,9 @@ from mismatch.score import Score
 from mismatch.simulation import Simulation
 
 MOST_EFFECTS = 3
-# So many effects are fitted in full; what ranks lower by the score test is left.
-FITTED = 6
+# So many effects are fitted in full; what ranks lower by the score test is left, unless it promises nearly as much as
+# any does.
+FITTED, CLOSE = 6, 0.75
 # Where none of them stands out the next are fitted, until so many forms were.
 MOST_FITTED = 12
 # Ways in which one effect is fitted.
@@ -102,7 +103,7 @@ def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:
 
 
 def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
-    """For each of the effects that promise most, two of its forms that promise most; and of its forms that look, too.
+    """For each of the effects that promise most two of its forms that promise most; and of its forms that look, too.
 
     And one of the same value in all zones, where these have a value for each: it promises less, and costs less. And
     one in each other way of being there, of other strengths: what they promise where they begin tells little of where
@@ -119,7 +120,7 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
             continue
         name = s.form.effect.id
         if name not in effects:
-            if len(effects) == FITTED:
+            if len(effects) >= (MOST_FITTED if s.gain > CLOSE * best else FITTED):
                 continue
             effects.append(name)
         alike = [c.form for c in chosen if c.form.effect.id == name and looks(c.form) == looks(s.form)]

@@ -16,7 +16,8 @@ FARTHEST, NEAR = 5.0, 0.05
 class RangeFalloff(Effect):
     """At range r the signal is the nominal model's over (1 + (overlap_range / r)^steepness)·(r / 1 m)^exponent.
 
-    Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it: steepness 2. Fields
+    Out of focus, a spot's area grows as 1/r², and a detector of fixed area catches its part of it: steepness 2. In
+    focus at another range than infinity, of which `focus` is the inverse, it grows with (1/r - focus)² instead. Fields
     of emitter and receiver that lie beside each other meet more suddenly; of Gaussian beams a part
     1 - exp(-(r / overlap_range)^steepness) is caught, and of a beam that moves evenly into a field of its own width
     (r / overlap_range)^steepness until that is 1. `sudden` is how far from one law to the next. Where these look past
@@ -40,6 +41,7 @@ class RangeFalloff(Effect):
         ("overlap_range", "steepness"),
         ("overlap_range", "sudden"),
         ("exponent",),
+        ("overlap_range", "focus"),
         ("overlap_range", "steepness", "sudden"),
     )
     richer = forms[-1:]
@@ -64,6 +66,14 @@ class RangeFalloff(Effect):
             tries=(4.0,),
             sentence="Power of range with which light is lost, far closer than that.",
         ),
+        Parameter(
+            "focus",
+            unit="1/m",
+            low=0.0,
+            high=20.0,
+            start=0.0,
+            sentence="Inverse of the range at which the optics are in focus.",
+        ),
         Parameter("sudden", "1", 0.0, 2.0, 0.0, "0 where overlap sets in by a ratio, 1 exponentially, 2 evenly."),
         Parameter(
             "exponent",
@@ -84,7 +94,8 @@ class RangeFalloff(Effect):
         knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
         # Nothing is nearer than a knot: what arrives earlier is rounding, and must not divide by 0.
         ranges = speed_of_light / 2 * np.maximum(knots_s - zero, lattice.step_s)
-        lost = (np.atleast_1d(values["overlap_range"])[:, None] / ranges) ** values["steepness"]
+        blurred = np.abs(1 / ranges - values["focus"])
+        lost = (np.atleast_1d(values["overlap_range"])[:, None] * blurred) ** values["steepness"]
         faster = np.atleast_1d(values["exponent"])[:, None]
         # Alike in all frames, unless their clock moves.
         caught = 1 / (1 + lost)
@@ -97,10 +108,18 @@ class RangeFalloff(Effect):
         return replace(arrivals, light=arrivals.light * part)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """An exponential that loses some, or much, of what is near: it has no slope where it loses nothing."""
+        """An exponential that loses some, or much, of what is near, as it has no slope where it loses nothing; and foci
+        at what is near, amid and far.
+        """
         ranges = rendering.light.range_m[rendering.light.range_m > 0]
-        near = float(np.quantile(ranges, NEAR)) if len(ranges) else 0.0
-        return [{"overlap_range": part * near, "sudden": 1.0} for part in (0.6, 1.0) if 0 < part * near < FARTHEST]
+        if not len(ranges):
+            return []
+        near, amid, far = (float(of) for of in np.quantile(ranges, (NEAR, 0.5, 1 - NEAR)))
+        sudden = [{"overlap_range": part * near, "sudden": 1.0} for part in (0.6, 1.0) if part * near < FARTHEST]
+        # As much out of focus at one end as loses a tenth there, with the other in focus.
+        blurred = min(float(np.sqrt(0.1) / max(1 / near - 1 / far, 1e-3)), FARTHEST)
+        highest = self.parameter("focus").high
+        return sudden + [{"overlap_range": blurred, "focus": min(1 / at, highest)} for at in (near, amid, far)]
 
 
 effect = RangeFalloff()

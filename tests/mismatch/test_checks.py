@@ -65,6 +65,13 @@ def test_a_bit_that_sticks_in_one_zone_is_found_there():
     assert "zone 2 divided by 2" in found[0].sentence
 
 
+def test_a_full_counter_is_no_remainder_that_comes_too_often():
+    """Everything above 120 is counted as 120, which leaves none."""
+    mean = np.broadcast_to(np.linspace(30, 160, SHAPE[2]), SHAPE)
+    seen = np.minimum(counts(5, mean), 120.0)
+    assert min(check.p_value for check in remainders(seen, mean)) > 1e-3
+
+
 def test_all_of_them_are_quiet_about_a_simulation_that_is_right(drawn, rig):
     assert min(check.p_value for check in checks(drawn(6), rig.expected())) > 1e-3
 

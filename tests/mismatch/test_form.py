@@ -79,6 +79,14 @@ def test_a_form_begins_elsewhere_only_by_parameters_it_has():
     assert form.beginning({"tau": 7e-10, "lingering": 0.1}) is None
 
 
+def test_zones_that_had_values_of_their_own_begin_amid_them_where_all_have_one():
+    forms = {form.free: form for form in forms_of(find_effect("counter_saturation"), SIZES) if not form.own}
+    apart, alike = forms["lost",], forms["lost", "ceiling"]
+    begun = apart.beginning({"lost": 0.5, "ceiling": np.array([400.0, 500.0, 700.0])})
+    found = alike.setting(alike.coordinates_from(begun, begun.setting(np.array([1.0])))).values
+    assert found["ceiling"] == pytest.approx(500.0)
+
+
 def test_effects_that_are_given_are_not_tried():
     ids = {form.effect.id for form in all_forms(SIZES, without=("pile_up",))}
     assert ids == set(all_effects()) - {"pile_up"}

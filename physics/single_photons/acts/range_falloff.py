@@ -17,7 +17,8 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Out of focus a spot is as large as detector and blur together: those that fall on the detector are kept."""
     ranges = way_m(photons, world) / 2
-    blur = by_zone(world, values["overlap_range"])[photons.zone]
+    # How far the spot's edge is off where its rays cross at the focus; at infinity they are parallel.
+    blur = by_zone(world, values["overlap_range"])[photons.zone] * np.abs(1 - values["focus"] * ranges)
     near, far = blur ** values["steepness"], ranges ** values["steepness"]
     # Each by one of three laws: out of focus; a Gaussian beam's, inside so many radii; over a field's edge or not yet.
     law = np.floor(values["sudden"] + rng.random(len(photons)))

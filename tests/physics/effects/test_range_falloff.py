@@ -57,12 +57,31 @@ def test_a_beam_may_move_evenly_into_the_field(small, overlap, sudden):
     np.testing.assert_allclose(found, expected, atol=3e-4 * expected.max())
 
 
+@pytest.mark.parametrize(("blur", "focus_m"), [(0.8, 1.0), (2.0, 0.7)])
+def test_what_is_in_focus_loses_nothing(small, blur, focus_m):
+    """A thin lens with its detector in the image of focus_m: the blur's radius goes with |1/r - 1/focus_m|."""
+    direct = small.light.returns[0]
+    r = direct.range_m.astype(float)
+    closed = direct.strength / (1 + (blur * (focus_m - r) / (r * focus_m)) ** 2)
+    light = replace(small.light, returns=(Return(direct.range_m, closed.astype(np.float32)),))
+    setting = effect.at(overlap_range=blur, focus=1 / focus_m)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
+    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, expected, atol=3e-4 * expected.max())
+
+
 def test_an_exponential_begins_where_it_loses_some_of_what_is_near(small):
     starts = effect.starts(None, None, SimpleNamespace(light=small.light))
     near = np.quantile(small.light.range_m[small.light.range_m > 0], 0.05)
-    assert [start["sudden"] for start in starts] == [1.0, 1.0]
-    for start in starts:
+    sudden = [start for start in starts if "sudden" in start]
+    assert [start["sudden"] for start in sudden] == [1.0, 1.0]
+    for start in sudden:
         lost = np.exp(-((near / start["overlap_range"]) ** 2))
         assert 0.05 < lost < 0.4
+    for start in starts[2:]:
+        # Of the ranges there are some are in focus, and none loses more than a tenth or so.
+        lost = (start["overlap_range"] * (1 / small.light.range_m[small.light.range_m > 0] - start["focus"])) ** 2
+        assert lost.min() < 0.03
+        assert 0.05 < np.quantile(lost, 0.97) < 0.3
     dark = SimpleNamespace(range_m=np.zeros((1, 2, 2)))
     assert effect.starts(None, None, SimpleNamespace(light=dark)) == []

@@ -148,6 +148,7 @@ STRENGTHS = {
         {"overlap_range": 0.4},
         {"overlap_range": [0.1, 0.9, 0, 0.5]},
         {"overlap_range": 0.7, "steepness": 5},
+        {"overlap_range": 0.9, "focus": 1.5},
         {"overlap_range": 0.6, "steepness": 2, "sudden": 0.7},
         {"overlap_range": 0.9, "steepness": 1, "sudden": 1.6},
         {"exponent": [1.2, -0.7, 0.3, 0]},
