@@ -26,8 +26,9 @@ MOST_FITTED = 12
 MOST_WAYS = 4
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
-# Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it.
-EXACT = 0.25
+# Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it; and no
+# more than this deviance: zones exchanged may gain a million.
+EXACT, MOST_EXACT = 0.25, 5000.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ def _onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list
 
 def _leaving(chosen: Candidate) -> float:
     """Deviance that an effect gained, as far as another formula of it may have left parts of that."""
-    return (EXACT if chosen.form.effect.exact else 1.0) * chosen.observed
+    return min(EXACT * chosen.observed, MOST_EXACT) if chosen.form.effect.exact else chosen.observed
 
 
 def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:

@@ -105,3 +105,5 @@ def test_each_way_of_being_there_is_tried():
 def test_an_effect_that_all_would_write_alike_leaves_less(name, part):
     form = SimpleNamespace(effect=find_effect(name))
     assert _leaving(SimpleNamespace(form=form, observed=800.0)) == part * 800
+    # However much exchanged zones gain, there is no other way to exchange them.
+    assert (_leaving(SimpleNamespace(form=form, observed=1e6)) < 1e4) == (part < 1)
