@@ -26,8 +26,8 @@ MOST_FITTED = 12
 MOST_WAYS = 4
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
-# Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it; and no
-# more than this deviance: zones exchanged may gain a million.
+# Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it; and
+# no more than this deviance: zones exchanged may gain a million.
 EXACT, MOST_EXACT = 0.25, 5000.0
 
 
