@@ -1,6 +1,7 @@
 """Other beginnings: where one effect after the other leads elsewhere, depending on which was chosen first."""
 
 from mismatch.candidates import Candidate
+from mismatch.exchanged import exchanged
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
@@ -21,8 +22,13 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
 
     The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
     stretched or leaves something, unless it is as many effects as there may be: then none of the library's will do.
-    One that has a number for each zone may take up two causes whole.
+    One that has a number for each zone may take up two causes whole. At the end each is chosen anew beside the others.
     """
+    return exchanged(train, test, forms, _likeliest(train, test, forms))
+
+
+def _likeliest(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
+    """The likeliest of selections that begin with one effect or another."""
     best = select(train, test, forms)
     found = best[-1].before
     if not found.forms:

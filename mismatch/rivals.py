@@ -101,7 +101,7 @@ def _close(rounds: list[Round], form: Form) -> list[Candidate]:
         # It may have taken a richer form since.
         if one.chosen is not None and one.chosen.form.effect.id == form.effect.id:
             ordered = sorted(one.candidates, key=lambda c: c.criterion + c.heldout)
-            best = ordered[0].criterion + ordered[0].heldout
+            best = max(c.criterion + c.heldout for c in (ordered[0], one.chosen))
             near = best + max(CLOSE, CLOSE_PART * 2 * one.chosen.observed)
             effects = list(dict.fromkeys(c.form.effect.id for c in ordered))[: 1 + TRIED]
             return [c for c in ordered if c.criterion + c.heldout < near and c.form.effect.id in effects]

@@ -51,7 +51,7 @@ class Round:
 def select(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
     """Add one effect at a time while the frames held out agree; drop what another makes superfluous."""
     now = fit_nominal(train)
-    return _onward(train, test, forms, [], fit_nominal(train, fluctuation(train, now)))
+    return onward(train, test, forms, [], fit_nominal(train, fluctuation(train, now)))
 
 
 def begun_with(
@@ -62,11 +62,11 @@ def begun_with(
     richer: whether that may take a richer form before others are sought beside it.
     """
     now = refreshed(train, refined(train, test, candidate.fit, forms) if richer else candidate.fit)
-    return _onward(train, test, forms, [replace(first, chosen=candidate)], now)
+    return onward(train, test, forms, [replace(first, chosen=candidate)], now)
 
 
-def _onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round], now: Fit) -> list[Round]:
-    """Rounds so far, and those that follow from where they led."""
+def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round], now: Fit) -> list[Round]:
+    """Rounds so far, and those that follow from a fit where they led."""
     while len(rounds) < MOST_EFFECTS and not train.work.enough:
         scores, tried = ranked(train, now, others_than(now, forms))
         significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]

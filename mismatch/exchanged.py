@@ -1,0 +1,47 @@
+"""An effect that was chosen before others, chosen anew beside them: it may have taken up parts of what they are."""
+
+import numpy as np
+
+from mismatch.candidates import candidates_of
+from mismatch.fit import Fit
+from mismatch.form import Form
+from mismatch.gained import SIGNIFICANT
+from mismatch.ranking import ranked
+from mismatch.rivals import evidence
+from mismatch.selection import Round, most_promising, onward, others_than, without
+from mismatch.simulation import Simulation
+
+# Part of what an effect gains beside the others that another must promise to be fitted in its place.
+PROMISING = 0.5
+# Twice the logarithm of the odds at which it is exchanged.
+ODDS = 10.0
+
+
+def exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]) -> list[Round]:
+    """Rounds in which one effect, chosen beside all others, has taken the place of one that was chosen before them.
+
+    The last was chosen beside the others in any case. As they were, where none is likelier.
+    """
+    found = rounds[-1].before
+    for form in found.forms[:-1]:
+        if train.work.enough:
+            break
+        other = _in_place_of(train, test, forms, found, form)
+        if other is None or evidence(train, test, other.chosen.fit) < evidence(train, test, found) + ODDS:
+            continue
+        stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect is not form.effect]
+        return onward(train, test, forms, [*stay, other], other.chosen.fit)
+    return rounds
+
+
+def _in_place_of(train: Simulation, test: Simulation, forms: list[Form], found: Fit, form: Form) -> Round | None:
+    """The round that chooses an effect in the place of one that was found, the likeliest; None where none promises."""
+    less = without(train, found, form)
+    scores, tried = ranked(train, less, [f for f in others_than(less, forms) if f.effect is not form.effect])
+    least = PROMISING * (less.deviance - found.deviance)
+    promising = [s for s in scores if s.gain > least and s.log_p < np.log(SIGNIFICANT / tried)]
+    if not promising:
+        return None
+    candidates = candidates_of(train, test, less, most_promising(promising, less.deviance))
+    likeliest = max(candidates, key=lambda candidate: evidence(train, test, candidate.fit))
+    return Round(less, tuple(scores), tried, tuple(candidates), likeliest)
