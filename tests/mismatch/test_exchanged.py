@@ -1,0 +1,52 @@
+"""Zones that arrive late and another pulse: what is chosen first may be neither."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mismatch.exchanged import exchanged
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import forms_of
+from mismatch.selection import Round
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48}
+FORMS = [
+    form for name in ("time_zero_offset", "range_walk", "zone_gain") for form in forms_of(find_effect(name), SIZES)
+]
+
+
+def beginning(train, *names):
+    """A selection that ended with the first form, by zone, of each of these effects."""
+    found = [next(f for f in FORMS if f.effect.id == name and f.own) for name in names]
+    now = fit_nominal(train)
+    rounds = []
+    for i, form in enumerate(found):
+        x = np.concatenate([now.x, form.at_start()])
+        then = fit(train, tuple(found[: i + 1]), x)
+        rounds.append(Round(now, (), 1, (), SimpleNamespace(form=form, fit=then, observed=100.0)))
+        now = then
+    return [*rounds, Round(now, (), 1, (), None)]
+
+
+@pytest.fixture
+def parts(drawn):
+    simulation = drawn(3, "time_zero_offset", delay=np.array([3e-11, -4e-11, 2e-11, -1e-11]))
+    return simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
+
+
+@pytest.mark.parametrize("first", ["range_walk", "time_zero_offset"])
+def test_what_came_first_gives_way_to_what_is_likelier_beside_the_last(parts, first):
+    train, test = parts
+    rounds = beginning(train, first, "zone_gain")
+    found = exchanged(train, test, FORMS, rounds)
+    assert [form.effect.id for form in found[-1].before.forms][-1:] == ["time_zero_offset"] or found is rounds
+    assert (found is rounds) == (first == "time_zero_offset")
+    assert "range_walk" not in {form.effect.id for form in found[-1].before.forms}
+
+
+def test_one_effect_is_beside_no_other(parts):
+    train, test = parts
+    rounds = beginning(train, "range_walk")
+    assert exchanged(train, test, FORMS, rounds) is rounds
