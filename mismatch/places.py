@@ -15,6 +15,10 @@ SIGNIFICANT = 1e-3
 MOST_PLACES = 4
 # A place holds this part of the misfit that its division shows.
 HELD = 0.8
+# Standard deviations from which a group's excess counts as misfit, and how much of that noise gives each group: the
+# mean of z² - 1 where |z| is more.
+CLEAR = 2.0
+BY_NOISE = 2 * CLEAR * float(norm.pdf(CLEAR))
 FOLLOWS = {
     "signal": "signal", "arrival_bins": "range", "phase": "bin_phase", "incidence": "incidence",
     "reflectance": "reflectance", "neighbours": "neighbours", "frame": "time", "time": "time",
@@ -80,7 +84,8 @@ def _change(simulation: Simulation, fitted: Fit, table: Table) -> tuple[np.ndarr
     # Empirical Bayes: of the squared residuals, the part beyond noise (James and Stein 1961, positive part).
     shrink = max(0.0, 1 - table.expected / max(table.chi2, 1e-9))
     local = shrink * np.maximum(0, 1 - 1 / np.maximum(z2, 1e-9))
-    gain = float((z2 - 1)[z2 > 4].sum())
+    clear = z2 > CLEAR**2
+    gain = float((z2 - 1)[clear].sum()) - BY_NOISE * z2.size
     mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
     return mean * (local * table.excess / noise2)[table.division.group], max(gain, 1e-9)
 

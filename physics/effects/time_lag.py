@@ -87,24 +87,31 @@ class TimeLag(Effect):
 
         On a curve it is off by x·(1 - x) of what it would be halfway between frames twice as far apart, with x the part
         of the way; its deviance goes with the square (the remainder of linear interpolation, Abramowitz and Stegun
-        25.2.1).
+        25.2.1), before the first frame and after the last as well. What moved on there, and was not let, is off by what
+        it does from frame to frame.
         """
         light, times = rendering.light, np.asarray(rendering.light.time_s, float)
         late = late_zones(values, rendering.footprints.seen[0][1].shape[1]) & (values["burst"] != 0)
         bursts = []
         for of, lag in ((~late, values["lag"]), (late, values["lag"] + values["burst"])):
-            lower, upper, part = around(times, times + lag + values["skew"] * times, 0.0)
-            bursts.append((of, lower, upper, part * (1 - part)))
-        if not any(way.any() for *_, way in bursts):
+            bursts.append((of, *around(times, times + lag + values["skew"] * times, 1.0)))
+        if not any(((part != 0) & (part != 1)).any() for *_, part in bursts):
             return 0.0
         counts, guessed = (
             rendering.gain * arrivals(seen, rendering.footprints, rendering.clock).binned()
             for seen in (light, from_neighbours(light))
         )
         off = ((guessed - counts) ** 2 / np.maximum(counts + rendering.background, 1)).sum(axis=2)
-        return sum(
-            float((way**2 * (off[lower] + off[upper])[:, of].sum(axis=1) / 2).sum()) for of, lower, upper, way in bursts
-        )
+        if len(off) > 2:  # What nobody saw from both sides curves as its neighbour does.
+            off[[0, -1]] = off[[1, -2]]
+        steps = (np.diff(counts, axis=0) ** 2 / np.maximum((counts[1:] + counts[:-1]) / 2, 1)).sum(axis=2)
+        left = 0.0
+        for of, lower, upper, part in bursts:
+            curved = (part * (1 - part)) ** 2 * (off[lower] + off[upper])[:, of].sum(axis=1) / 2
+            # Beyond the ends it did not go on at all, but by `beyond`.
+            further = (1 - values["beyond"]) * (part - np.clip(part, 0, 1))
+            left += float((curved + further**2 * steps[np.minimum(lower, len(steps) - 1)][:, of].sum(axis=1)).sum())
+        return left
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Zones in two groups, by the lag that explains most of an excess in each by itself."""
