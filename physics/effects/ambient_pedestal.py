@@ -1,15 +1,21 @@
 """`ambient_pedestal`: sunlight, lamps, dark counts beyond the recorded background."""
 
 import numpy as np
+from scipy.signal import lombscargle
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+
+# Frames that tell a beat from a trend.
+FEWEST = 8
 
 
 class AmbientPedestal(Effect):
     """Photons that no laser sent arrive evenly in time: level + growth·t more in every bin, t seconds into the session.
 
-    Where the same light is brighter than when it was recorded there is `more` of the recorded background in each zone.
+    Lamps on the mains flicker, and what is left of that in frames beats with them: swing_sin · sin φ + swing_cos ·
+    cos φ, φ = 2π · frequency · t. Where the same light is brighter than when it was recorded there is `more` of the
+    recorded background in each zone.
     A background that is less than recorded, which negative growth may come to, is never less than none.
     """
 
@@ -24,7 +30,7 @@ class AmbientPedestal(Effect):
         ),
         LookAlike("afterpulsing", "Cover the emitter: a pedestal stays, afterpulses go."),
     )
-    forms = (("level",), ("level", "growth"), ("more",))
+    forms = (("level",), ("level", "growth"), ("more",), ("level", "swing_sin", "swing_cos", "frequency"))
     parameters = (
         Parameter(
             "level",
@@ -54,13 +60,40 @@ class AmbientPedestal(Effect):
             vanishes_at=0.0,
             sentence="Part of the recorded background that comes on top of it.",
         ),
+        Parameter("swing_sin", "counts", -1e6, 1e6, 1.0, "By which it swings with the sine, in all zones.", 0.0),
+        Parameter("swing_cos", "counts", -1e6, 1e6, 1.0, "By which it swings with the cosine.", 0.0),
+        Parameter("frequency", "Hz", 0.0, 1e3, 1.0, "How often it does in a second, or seems to in frames that few."),
     )
 
     def background(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F, P, 1) as many counts more in each bin of a zone."""
-        grown = values["growth"] * rendering.light.time_s[:, None, None]
+        time_s = np.asarray(rendering.light.time_s)[:, None, None]
         known = rendering.background * (1 + values["more"])
-        return np.maximum(known + np.atleast_1d(values["level"])[:, None] + grown, 0)
+        phase = 2 * np.pi * values["frequency"] * time_s
+        more = np.atleast_1d(values["level"])[:, None] + values["growth"] * time_s
+        more = more + values["swing_sin"] * np.sin(phase) + values["swing_cos"] * np.cos(phase)
+        return np.maximum(known + more, 0)
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The beat that explains most of what frames have more than expected in all of their bins.
+
+        Lomb 1976, Astrophys. Space Sci. 39, 447, with a mean of its own: of each frame's level as all its cells tell.
+        """
+        time_s = np.asarray(rendering.light.time_s, float)
+        span_s = float(np.ptp(time_s))
+        if len(time_s) < FEWEST or not span_s > 0:
+            return []
+        told = (1 / np.maximum(expected, 1)).sum(axis=(1, 2))
+        level = (excess / np.maximum(expected, 1)).sum(axis=(1, 2)) / told
+        highest = 0.5 / float(np.median(np.diff(time_s)))
+        frequencies = np.arange(0.5 / span_s, highest, 0.2 / span_s)
+        power = lombscargle(time_s, level, 2 * np.pi * frequencies, weights=told / told.sum(), floating_mean=True)
+        frequency = float(frequencies[int(power.argmax())])
+        phase = 2 * np.pi * frequency * time_s
+        waves = np.stack([np.ones(len(phase)), np.sin(phase), np.cos(phase)], axis=1)
+        mean, sine, cosine = np.linalg.lstsq(waves * np.sqrt(told)[:, None], level * np.sqrt(told), rcond=None)[0]
+        swings = {"swing_sin": float(sine), "swing_cos": float(cosine)}
+        return [{"level": float(max(mean, 0.0)), "frequency": frequency} | swings]
 
 
 effect = AmbientPedestal()

@@ -11,5 +11,8 @@ from physics.single_photons.world import World
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many counts more in each bin by the time of this frame."""
+    turn = np.exp(2j * np.pi * values["frequency"] * world.time_s)
+    swung = values["swing_sin"] * turn.imag + values["swing_cos"] * turn.real
     more = by_zone(world, values["level"]) + values["growth"] * world.time_s + values["more"] * world.background
+    more = more + swung
     return replace(world, background=np.maximum(world.background + more, 0))

@@ -1,9 +1,14 @@
 """A pedestal in closed form: as many counts in every bin, and more of them with time."""
 
 import numpy as np
+import pytest
 
 from physics.effects.ambient_pedestal import effect
+from physics.light import direct_light
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
+
+INTRINSICS = np.array([[7.5, 0, 4.5], [0, 7.5, 2.5], [0, 0, 1]])
 
 
 def test_every_bin_has_as_many_more(small):
@@ -24,6 +29,27 @@ def test_it_shrinks_to_none_but_not_below(small):
     signal = ForwardModel(small.light, small.footprints, small.clock).expected(50.0)
     rest = model.expected(50.0, [effect.at(level=1, growth=-30)]) - signal
     np.testing.assert_allclose(rest[..., 0], [[4, 1, 2, 10], [1, 0, 0, 7], [0, 0, 0, 4]], atol=1e-9)
+
+
+def test_a_lamp_beats_with_the_frames(small):
+    """Level times 1 + a·cos(2πf·t - φ), in sine and cosine; and the data tell which."""
+    frames, amount, turned, frequency = 40, 0.7, 1.1, 2.3
+    time_s = 0.06 * np.arange(frames)
+    walls = np.ones((frames, 6, 10))
+    light = direct_light(walls, INTRINSICS, None, walls, time_s=time_s)
+    model = ForwardModel(light, small.footprints, small.clock, 3.0)
+    parts = {"swing_sin": 5 * amount * np.sin(turned), "swing_cos": 5 * amount * np.cos(turned)}
+    lamp = effect.at(level=5.0, frequency=frequency, **parts)
+    more = model.expected(50.0, [lamp]) - model.expected(50.0)
+    wanted = 5 * (1 + amount * np.cos(2 * np.pi * frequency * time_s - turned))
+    np.testing.assert_allclose(more, np.broadcast_to(wanted[:, None, None], more.shape), atol=1e-9)
+    rendering = Rendering(light, small.footprints, small.clock, 50.0)
+    (start,) = effect.starts(more, model.expected(50.0), rendering)
+    assert start["frequency"] == pytest.approx(frequency, abs=0.1 / time_s[-1])
+    assert start["level"] == pytest.approx(5.0, rel=0.05)
+    found = complex(start["swing_cos"], start["swing_sin"])
+    assert abs(found) == pytest.approx(5 * amount, rel=0.1)
+    assert np.angle(found) == pytest.approx(turned, abs=0.4)
 
 
 def test_the_same_light_may_be_brighter_than_it_was(small):
