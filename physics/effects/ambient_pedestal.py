@@ -89,11 +89,13 @@ class AmbientPedestal(Effect):
         frequencies = np.arange(0.5 / span_s, highest, 0.2 / span_s)
         power = lombscargle(time_s, level, 2 * np.pi * frequencies, weights=told / told.sum(), floating_mean=True)
         frequency = float(frequencies[int(power.argmax())])
+        if not power.any():
+            return []
         phase = 2 * np.pi * frequency * time_s
         waves = np.stack([np.ones(len(phase)), np.sin(phase), np.cos(phase)], axis=1)
         mean, sine, cosine = np.linalg.lstsq(waves * np.sqrt(told)[:, None], level * np.sqrt(told), rcond=None)[0]
         swings = {"swing_sin": float(sine), "swing_cos": float(cosine)}
-        return [{"level": float(max(mean, 0.0)), "frequency": frequency} | swings]
+        return [{"level": float(max(mean, np.hypot(sine, cosine) / 10)), "frequency": frequency} | swings]
 
 
 effect = AmbientPedestal()

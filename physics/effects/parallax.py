@@ -1,10 +1,16 @@
 """`parallax`: the LiDAR is not where the camera is, so that footprints move with depth."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
+from physics.light import Light
 from physics.rendering import Rendering
+
+# Part of its range that is left at least of what is beside the camera.
+LEAST = 0.1
 
 
 class Parallax(Effect):
@@ -16,6 +22,9 @@ class Parallax(Effect):
     §11.12, for cameras with parallel axes) less its value in the scan. Where the depth of the scan is not known it is
     taken to have been far away. z is that of the surface lit directly, for every way light takes from a pixel.
     Surfaces that the LiDAR sees and the camera does not, or the other way round, are not followed.
+
+    Light's way is from the LiDAR, too, if nobody has taken that into account: `ranges` 1 says so, and to a point that
+    much nearer to b it is |X - b|, with strength by its inverse square.
     """
 
     id = "parallax"
@@ -26,19 +35,42 @@ class Parallax(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: parallax stays, a lag goes."),
         LookAlike("range_falloff", "Face a wide, even wall: falloff shows, parallax moves nothing that differs."),
     )
-    parameters = tuple(
+    forms = (("x", "y"), ("x", "y", "ranges"))
+    parameters = (
         # A choice: chips and lenses of a shared mount are a few centimetres apart, known to within one.
+        *(
+            Parameter(
+                axis,
+                unit="m",
+                low=-0.1,
+                high=0.1,
+                start=0.01,
+                vanishes_at=0.0,
+                sentence=f"How far the LiDAR is from the camera, towards the image's {side}.",
+            )
+            for axis, side in (("x", "right"), ("y", "bottom"))
+        ),
         Parameter(
-            axis,
-            unit="m",
-            low=-0.1,
-            high=0.1,
-            start=0.01,
-            vanishes_at=0.0,
-            sentence=f"How far the LiDAR is from the camera, towards the image's {side}.",
-        )
-        for axis, side in (("x", "right"), ("y", "bottom"))
+            "ranges", "1", 0.0, 1.0, 0.0, "1 where ranges are the LiDAR's own, 0 where the camera's.", tries=(1.0,)
+        ),
     )
+
+    def light(self, values: Values, rendering: Rendering) -> Light:
+        """What surfaces send back directly, by the way from the LiDAR."""
+        light = rendering.light
+        if not values["ranges"] or not (values["x"] or values["y"]):
+            return light
+        direct, *others = light.returns
+        known = np.isfinite(direct.range_m) & (direct.range_m > 0)
+        ranges = np.where(known, direct.range_m, 1).astype(float)
+        rays = light.rays / np.linalg.norm(light.rays, axis=-1, keepdims=True)
+        beside = values["ranges"] * (rays[..., :2] @ np.array([values["x"], values["y"]]))
+        square = values["ranges"] ** 2 * (values["x"] ** 2 + values["y"] ** 2)
+        # |X - b|² = X² - 2 X·b + b²; nothing is nearer than a part of what the camera sees.
+        nearer = np.sqrt(np.maximum(1 - 2 * beside / ranges + square / ranges**2, LEAST**2))
+        moved = np.where(known, ranges * nearer, direct.range_m).astype(np.float32)
+        strength = np.where(known, direct.strength / nearer**2, direct.strength).astype(np.float32)
+        return replace(light, returns=(replace(direct, range_m=moved, strength=strength), *others))
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Footprints, moved in every frame and pixel by what its depth says."""

@@ -130,7 +130,8 @@ class TimeLag(Effect):
         lag, burst = (float((told[of] * lags[of]).sum() / max(told[of].sum(), 1e-12)) for of in (~late, late))
         low, high = self.parameter("lag").low, self.parameter("lag").high
         lag, burst = float(np.clip(lag, low, high)), float(np.clip(burst - lag, low, high))
-        return [{"lag": lag, "burst": burst, "late": late.astype(float)}, {"burst": burst, "late": late.astype(float)}]
+        alone = {"burst": burst, "late": late.astype(float)}
+        return [{"lag": lag} | alone, alone] if lag and burst else []  # Where nothing moves nothing is told.
 
 
 def _then(values: Values, light: Light) -> Light:

@@ -11,7 +11,9 @@ from physics.rendering import Rendering
 
 class ZoneGain(Effect):
     """All laser light that a zone receives is counted with one factor, whatever way it came: `factor` of each, and
-    exp(one) in zone number `zone` alone.
+    exp(one) in zone number `zone` alone. Over the grid of zones a lens that shades, or a chip that is warmer at one
+    end, makes it exp(across · c + down · r), with c and r from -1 in the first column and row to 1 in the last;
+    converters that take turns make it exp(alternate) in every other zone and the inverse in those between.
     """
 
     id = "zone_gain"
@@ -28,7 +30,7 @@ class ZoneGain(Effect):
         ),
         LookAlike("gain_drift", "Repeat the first capture at the end: a gain is as it was, a drift is not."),
     )
-    forms = (("factor",), ("one",))
+    forms = (("factor",), ("one",), ("across", "down"), ("alternate",))
     parameters = (
         Parameter(
             "factor",
@@ -42,6 +44,9 @@ class ZoneGain(Effect):
         ),
         Parameter("one", "1", -10.0, 3.0, 0.1, "Logarithm of the factor of zone `zone`.", vanishes_at=0.0),
         Parameter("zone", "1", 0.0, 1e4, 0.0, "Number of that zone, from 0."),
+        Parameter("across", "1", -3.0, 3.0, 0.1, "Logarithm by which the last column is above the middle.", 0.0),
+        Parameter("down", "1", -3.0, 3.0, 0.1, "Logarithm by which the last row is above the middle.", 0.0),
+        Parameter("alternate", "1", -3.0, 3.0, 0.1, "Logarithm of the factor of every other zone.", 0.0),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
@@ -49,6 +54,11 @@ class ZoneGain(Effect):
         light = rendering.arrivals.light * np.atleast_1d(values["factor"])[:, None]
         if values["one"]:
             light[:, np.arange(light.shape[1]) == round(values["zone"])] *= np.exp(values["one"])
+        if values["across"] or values["down"] or values["alternate"]:
+            row, column = np.indices(rendering.footprints.zone_grid).reshape(2, -1)
+            rows, columns = (max(n - 1, 1) for n in rendering.footprints.zone_grid)
+            sloped = values["across"] * (2 * column / columns - 1) + values["down"] * (2 * row / rows - 1)
+            light *= np.exp(sloped + values["alternate"] * (1 - 2 * ((row + column) % 2)))[:, None]
         return replace(rendering.arrivals, light=light)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:

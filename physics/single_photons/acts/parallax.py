@@ -15,7 +15,16 @@ from recordings.refusal import Refusal
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """Zones that look from beside the camera at whatever geometry the world comes to have."""
     lidar, how = np.array([values["x"], values["y"], 0.0]), looking(world)
-    return looking_so(world, replace(how, ways=(*how.ways, partial(beside, lidar_m=lidar))))
+    seen = looking_so(world, replace(how, ways=(*how.ways, partial(beside, lidar_m=lidar))))
+    return _from_there(seen, values["ranges"] * lidar) if values["ranges"] and world.behind is None else seen
+
+
+def _from_there(world: World, lidar_m: np.ndarray) -> World:
+    """Photons whose way, and how many come by it, is from the LiDAR: each pixel's point stands so much behind."""
+    ranges, theirs = world.range_m, np.linalg.norm(world.points - lidar_m, axis=-1)
+    behind = np.where(np.isfinite(theirs), theirs - ranges, 0.0)
+    gloss = world.gloss * np.where(theirs > 0, ranges**2 / np.where(theirs > 0, theirs, 1) ** 2, 1.0)
+    return replace(world, gloss=gloss, behind=(np.ones(behind.shape), behind))
 
 
 def beside(world: World, lidar_m: np.ndarray) -> np.ndarray:

@@ -28,4 +28,11 @@ def _factors(world: World, values: Values) -> np.ndarray:
     alone = int(values["zone"] + 0.5)
     if alone < len(factors):
         factors[alone] *= np.exp(values["one"])
+    grid = factors.reshape(world.zone_grid)
+    row, column = (np.linspace(-1, 1, n) if n > 1 else np.array([-1.0]) for n in grid.shape)
+    grid *= np.exp(values["down"] * row)[:, None] * np.exp(values["across"] * column)
+    grid[::2, ::2] *= np.exp(values["alternate"])
+    grid[1::2, 1::2] *= np.exp(values["alternate"])
+    grid[::2, 1::2] /= np.exp(values["alternate"])
+    grid[1::2, ::2] /= np.exp(values["alternate"])
     return factors

@@ -50,6 +50,22 @@ def test_pixels_are_weighed_where_the_scan_saw_their_rays(small, depth_m, x, y, 
     np.testing.assert_allclose(np.stack([found.x_px, found.y_px], axis=-1), wanted, atol=1e-3)
 
 
+@pytest.mark.parametrize(("x", "y", "ranges"), [(0.05, 0.0, 1.0), (-0.03, 0.08, 1.0), (0.04, 0.04, 0.5)])
+def test_ways_may_be_from_the_lidar_too(small, depth_m, x, y, ranges):
+    light, lidar = small.light, ranges * np.array([x, y, 0.0])
+    moved_light = effect.light(
+        effect.at(x=x, y=y, ranges=ranges).values, Rendering(light, small.footprints, small.clock, 1)
+    )
+    found, before = moved_light.returns[0], light.returns[0]
+    fx, fy, cx, cy = (light.intrinsics[i] for i in ((0, 0), (1, 1), (0, 2), (1, 2)))
+    for (f, v, u), z in np.ndenumerate(depth_m):
+        way = np.linalg.norm(float(z) * np.array([(u - cx) / fx, (v - cy) / fy, 1]) - lidar)
+        assert found.range_m[f, v, u] == pytest.approx(way, rel=1e-5)
+        nearer = (before.range_m[f, v, u] / way) ** 2
+        assert found.strength[f, v, u] == pytest.approx(before.strength[f, v, u] * nearer, rel=1e-5)
+    assert effect.light(effect.at(x=x, y=y).values, Rendering(light, small.footprints, small.clock, 1)) is light
+
+
 def test_counts_of_every_frame_are_those_of_its_own_weights(small, maps, depth_m):
     at = seen_in_the_scan(small.light, depth_m.astype(float), (0.02, -0.01), 0.6)
     read = np.stack([griddata((maps.xs, maps.ys), zone, at, fill_value=0) for zone in maps.by_zone], axis=1)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from physics.effects.cover_glass_crosstalk import effect as crosstalk
 from physics.effects.zone_gain import effect
@@ -26,6 +27,21 @@ def test_one_zone_alone(small):
     model = ForwardModel(small.light, small.footprints, small.clock, 7.0)
     alone = model.expected(50.0, [effect.at(one=-0.4, zone=2)])
     np.testing.assert_allclose(alone, model.expected(50.0, [effect.at(factor=[1, 1, np.exp(-0.4), 1])]), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("values", "logarithms"),
+    [
+        ({"across": 0.3}, [-0.3, 0.3, -0.3, 0.3]),
+        ({"across": 0.1, "down": -0.5}, [0.4, 0.6, -0.6, -0.4]),
+        ({"alternate": 0.2}, [0.2, -0.2, -0.2, 0.2]),
+    ],
+)
+def test_over_the_grid_of_zones(small, values, logarithms):
+    """Two rows of two zones, in row-major order."""
+    model = ForwardModel(small.light, small.footprints, small.clock, 7.0)
+    sloped = model.expected(50.0, [effect.at(**values)])
+    np.testing.assert_allclose(sloped, model.expected(50.0, [effect.at(factor=np.exp(logarithms))]), rtol=1e-12)
 
 
 def test_it_suggests_the_zone(small):

@@ -129,7 +129,7 @@ STRENGTHS = {
         {"lobe": 2, "exponent": 5, "tail": 0.05},
         {"gloss_1": 1, "gloss_2": 2, "gloss_exponent": 3, "tail": 4},
     ],
-    "parallax": [{"x": 0.03, "y": -0.02}, {"x": -0.08, "y": 0.05}],
+    "parallax": [{"x": 0.03, "y": -0.02}, {"x": -0.08, "y": 0.05}, {"x": -0.06, "y": 0.04, "ranges": 1.0}],
     "pile_up": [
         {},
         {"share": [1, 0.5, 0.3, 0]},
@@ -221,7 +221,13 @@ STRENGTHS = {
         {"early": [14.3, 0, 18.1, 16], "late": [0, 20.6, 12, 26], "lost": 0.8},
         {"early": [14.3, 0, 18.1, 16], "softness": 2, "background": 0},
     ],
-    "zone_gain": [{"factor": [0.7, 1.3, 1, 0]}, {"one": -0.4, "zone": 2}, {"one": 0.3, "zone": 1}],
+    "zone_gain": [
+        {"factor": [0.7, 1.3, 1, 0]},
+        {"one": -0.4, "zone": 2},
+        {"one": 0.3, "zone": 1},
+        {"across": 0.3, "down": -0.2},
+        {"alternate": -0.25},
+    ],
 }
 # A ceiling concerns frames of few counts; a second bounce is weak, and so is a sharpened map.
 DRAWN = {
