@@ -131,7 +131,8 @@ class TimeLag(Effect):
         low, high = self.parameter("lag").low, self.parameter("lag").high
         lag, burst = float(np.clip(lag, low, high)), float(np.clip(burst - lag, low, high))
         alone = {"burst": burst, "late": late.astype(float)}
-        return [{"lag": lag} | alone, alone] if lag and burst else []  # Where nothing moves nothing is told.
+        # Where nothing moves nothing is told.
+        return [start for start in ({"lag": lag} | alone, alone) if all(start.get(n, 1.0) for n in ("lag", "burst"))]
 
 
 def _then(values: Values, light: Light) -> Light:
