@@ -65,6 +65,19 @@ def test_a_recursive_filter(scene):
     np.testing.assert_allclose(changed(model, "frame_average", share=0.3), oracle, rtol=1e-12)
 
 
+@pytest.mark.parametrize("half", [0.3, 1.0, 2.6])
+def test_a_long_exposure_is_a_mean_over_time(scene, half):
+    """Counts between frames by interpolation, averaged over many times; the ends stand still."""
+    model, *_ = scene
+    plain = model.expected(1000.0)
+    found = changed(model, "long_exposure", half=half)
+    frames = np.arange(len(plain))
+    moments = frames[:, None] + half * (np.arange(20000) + 0.5) / 10000 - half
+    for zone, bin_ in ((0, 20), (3, 25)):
+        seen = np.interp(moments, frames, plain[:, zone, bin_]).mean(axis=1)
+        np.testing.assert_allclose(found[:, zone, bin_], seen, rtol=1e-5, atol=1e-6 * plain.max())
+
+
 def test_a_stale_frame(scene):
     model, *_ = scene
     plain, found = model.expected(1000.0), changed(model, "stale_frame", share=0.2, age=2)
