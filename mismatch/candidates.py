@@ -30,6 +30,8 @@ NEAR, FAR = 1.0, 2.5
 ELSEWHERE = 0.8
 # One that gains less deviance than this on held-out frames has come to nothing, however well its trace fits them.
 NOTICEABLE = 5.0
+# Deviance that a choice of one of two must gain: twice the logarithm of the odds against it.
+CHOICE = 2 * np.log(2)
 # Deviance by which an effect must beat others where its name is stretched.
 STRAINED = 25.0
 
@@ -88,8 +90,12 @@ def price(simulation: Simulation) -> float:
 
 
 def cost(simulation: Simulation, fitted: Fit) -> float:
-    """Deviance that a fit's parameters must gain, and its effects where their names are stretched."""
-    return price(simulation) * len(fitted.x) + strain(simulation, fitted)
+    """Deviance that a fit's parameters must gain, and its effects where their names are stretched.
+
+    What the data gave zone by zone, which zones are late or share a converter, is a choice for each.
+    """
+    chosen = sum(np.size(form.start[n]) for form in fitted.forms for n in form.given if np.ndim(form.start[n]))
+    return price(simulation) * len(fitted.x) + CHOICE * chosen + strain(simulation, fitted)
 
 
 def strain(simulation: Simulation, fitted: Fit) -> float:

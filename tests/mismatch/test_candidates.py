@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mismatch.candidates import Candidate, elsewhere
+from mismatch.candidates import Candidate, cost, elsewhere
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from physics.effects import find_effect
@@ -50,6 +50,15 @@ def test_what_is_elsewhere_is_counted_cell_by_cell(drawn):
         own += size * (abs(change[cell]) > abs(first[cell]))
     assert elsewhere(simulation, before, fitted) == pytest.approx(own / total)
     assert 0 < own < total
+
+
+def test_what_data_chose_zone_by_zone_is_paid_for(drawn):
+    """Which of four zones are late: one of two in each, 4 bits."""
+    simulation = drawn(3)
+    form = next(f for f in forms_of(find_effect("time_lag"), SIZES) if f.free == ("burst",) and not f.own)
+    chosen = form.beginning({"burst": 0.01, "late": np.array([0.0, 1, 1, 0])})
+    paid = [cost(simulation, SimpleNamespace(x=np.zeros(2), gain=1.0, forms=(f,), settings=())) for f in (form, chosen)]
+    assert paid[1] - paid[0] == pytest.approx(2 * np.log(2**4))
 
 
 def test_what_has_come_to_nothing_does_not_stand_out():
