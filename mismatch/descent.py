@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mismatch.form import Form, bounds, settings_at
+from mismatch.coordinate import bounds
+from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import FrameGains
 from mismatch.simulation import Simulation

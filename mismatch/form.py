@@ -8,13 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from mismatch.coordinate import to_coordinate, to_value
 from physics.effect import Effect, Parameter, Setting
 from physics.effects import all_effects
-
-# Parameters bounded above zero that range over more than this are fitted by their logarithm.
-LOGARITHMIC = 30.0
-# A coordinate of which the value is a root, where it is 0: the value grows infinitely fast there.
-LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +84,12 @@ class Form:
     def coordinates_from(self, other: "Form", setting: Setting) -> np.ndarray:
         """(N,) coordinates of a setting of another form; what that neither varied nor was given begins as here.
 
-        Where zones had values of their own and have one here, that begins amid them.
+        One value for all begins amid those of zones.
         """
         new = {p.name for p, _ in self.coordinates if p.vanishes_at is None} - {*other.free, *other.given}
         values = setting.values | {name: self.start[name] for name in new}
-        alike = {n: float(np.median(values[n])) for n in set(self.free) - set(self.own)}
-        return self.coordinates_of(self.effect.at(**(values | alike)))
+        values |= {n: float(np.median(values[n])) for n in set(self.free) - set(self.own)}
+        return self.coordinates_of(self.effect.at(**values))
 
     def with_own(self, own: tuple[str, ...]) -> "Form":
         """The same form in which each zone has its own values of these parameters; a fit of it begins elsewhere."""
@@ -128,49 +124,6 @@ def settings_at(forms: tuple[Form, ...], x: np.ndarray) -> tuple[Setting, ...]:
         found.append(form.setting(x[at : at + count]))
         at += count
     return tuple(found)
-
-
-def logarithmic(parameter: Parameter) -> bool:
-    """Whether its logarithm is fitted."""
-    return parameter.low > 0 and parameter.high > LOGARITHMIC * parameter.low
-
-
-def to_coordinate(parameter: Parameter, value: float) -> float:
-    """A coordinate of order one, in proportion to which counts change."""
-    if logarithmic(parameter):
-        return float(np.log(value / parameter.start))
-    part = value / parameter.size
-    return float(part**parameter.power) if parameter.power != 1 else part
-
-
-def to_value(parameter: Parameter, x: float) -> float:
-    """The value at a coordinate, within bounds."""
-    if logarithmic(parameter):
-        value = parameter.start * np.exp(x)
-    else:
-        value = parameter.size * (max(x, 0.0) ** (1 / parameter.power) if parameter.power != 1 else x)
-    return float(np.clip(value, parameter.low, parameter.high))
-
-
-def slope_of(parameter: Parameter, x: float) -> float:
-    """By how much the value grows for each unit of its coordinate."""
-    if logarithmic(parameter):
-        return abs(to_value(parameter, x))
-    if parameter.power == 1:
-        return parameter.size
-    return parameter.size / parameter.power * max(x, LEAST) ** (1 / parameter.power - 1)
-
-
-def error_of(parameter: Parameter, x: float, sigma: float) -> float:
-    """How far, at most, a value is from that of a coordinate x where the coordinate is off by `sigma` either way."""
-    value = to_value(parameter, x)
-    return max(abs(to_value(parameter, x + side * sigma) - value) for side in (-1.0, 1.0))
-
-
-def bounds(parameter: Parameter) -> tuple[float, float]:
-    """Of its coordinate."""
-    ends = [to_coordinate(parameter, end) for end in (parameter.low, parameter.high)]
-    return min(ends), max(ends)
 
 
 def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:

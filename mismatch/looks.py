@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mismatch.form import Form, settings_at, slope_of
+from mismatch.coordinate import slope_of
+from mismatch.form import Form, settings_at
 from mismatch.noise import FrameGains
 from mismatch.simulation import Simulation
 from physics.effect import Look, Setting

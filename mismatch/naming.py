@@ -6,8 +6,9 @@ import numpy as np
 
 from mismatch.candidates import MINOR_AS_EXPECTED
 from mismatch.capture import best_capture
+from mismatch.coordinate import error_of, to_value
 from mismatch.fit import Fit, on_others
-from mismatch.form import Form, error_of, to_value
+from mismatch.form import Form
 from mismatch.gained import gained
 from mismatch.places import significance
 from mismatch.rivals import LEAST_PROBABILITY, Rival, probabilities, rivals

@@ -6,8 +6,9 @@ import numpy as np
 from scipy.special import gammaln
 from scipy.stats import chi2
 
+from mismatch.coordinate import to_coordinate
 from mismatch.fit import Fit
-from mismatch.form import Form, to_coordinate
+from mismatch.form import Form
 from mismatch.projection import Projection
 from mismatch.simulation import Simulation
 from physics.effect import Parameter

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mismatch.form import Form, bounds
+from mismatch.coordinate import bounds
+from mismatch.form import Form
 
 
 def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:

@@ -24,20 +24,22 @@ def test_at_and_between_the_bounds(here):
 def test_one_for_every_parameter_and_zone():
     settings = (find_effect("ambient_pedestal").at(level=[1.0, 2.0]), find_effect("counter_saturation").at())
 
+    slopes = [
+        ("ambient_pedestal", "level", 0, 5.0),
+        ("ambient_pedestal", "level", 1, 7.0),
+        ("ambient_pedestal", "growth", None, 11.0),
+        ("ambient_pedestal", "more", None, 13.0),
+        ("ambient_pedestal", "swing_sin", None, 17.0),
+        ("ambient_pedestal", "swing_cos", None, 19.0),
+        ("ambient_pedestal", "frequency", None, 23.0),
+        ("counter_saturation", "lost", None, 3.0),
+        ("counter_saturation", "ceiling", None, 2.0),
+    ]
+
     def model(now):
-        level, counter = now[0].values["level"], now[1].values
-        growth, more = now[0].values["growth"], now[0].values["more"]
-        return np.array(
-            [level[0] * 5, level[1] * 7, growth * 11, more * 13, counter["lost"] * 3, counter["ceiling"] * 2]
-        )
+        values = {setting.effect.id: setting.values for setting in now}
+        return np.array([slope * np.atleast_1d(values[of][name])[zone or 0] for of, name, zone, slope in slopes])
 
     found = derivatives(model, settings)
-    assert [(d.effect, d.parameter, d.zone) for d in found] == [
-        ("ambient_pedestal", "level", 0),
-        ("ambient_pedestal", "level", 1),
-        ("ambient_pedestal", "growth", None),
-        ("ambient_pedestal", "more", None),
-        ("counter_saturation", "lost", None),
-        ("counter_saturation", "ceiling", None),
-    ]
-    assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([5.0, 7, 11, 13, 3, 2]), abs=1e-6)
+    assert [(d.effect, d.parameter, d.zone) for d in found] == [one[:3] for one in slopes]
+    assert np.stack([d.by_unit for d in found]) == pytest.approx(np.diag([one[3] for one in slopes]), abs=1e-6)
