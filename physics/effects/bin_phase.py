@@ -12,6 +12,9 @@ from physics.rendering import Rendering
 # Between two knots the modulation is taken to be linear: off by (π / knots)² / 2 of the depth at most, 0.5 %.
 LEAST_PER_BIN = 32
 
+# Harmonics of the phase that a shape other than a cosine has.
+HIGHER = ("cos_2", "sin_2", "cos_3", "sin_3")
+
 
 class BinPhase(Effect):
     """Light whose nominal arrival is t after the start of bin 0 counts 1 + depth · cos(2π(t/bin_width − phase)) times.
@@ -21,6 +24,9 @@ class BinPhase(Effect):
 
     Where that step looks at the pulse of a zone and frame as a whole, all of its light counts
     1 + whole · cos(2π(t̄/bin_width − phase)) times, t̄ the mean nominal arrival of light that the window can see.
+
+    A peak of bins or a sawtooth has higher harmonics: with `cos_2` ... `sin_3` of cosine and sine at twice and three
+    times the phase on top of each cosine above.
     """
 
     id = "bin_phase"
@@ -34,7 +40,8 @@ class BinPhase(Effect):
         ),
         LookAlike("reflectance_map", "Step one target by half a bin of range: its reflectance is what it was."),
     )
-    forms = (("depth", "phase"), ("whole", "phase"))
+    forms = (("depth", "phase"), ("whole", "phase"), ("depth", "phase", *HIGHER), ("whole", "phase", *HIGHER))
+    richer = forms[-2:]
     parameters = (
         Parameter(
             "depth",
@@ -65,6 +72,12 @@ class BinPhase(Effect):
             tries=(0.0, 0.25, 0.5, 0.75),  # One of them is at most an eighth of a turn away.
             sentence="Where in its bin the pulse counts most: 0 at either edge, 0.5 in the middle.",
         ),
+        *(
+            Parameter(
+                name, "1", -2.0, 2.0, 0.0, f"How much of the {name[:3]}ine at {name[-1]} times the phase comes on top."
+            )
+            for name in HIGHER
+        ),
     )
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
@@ -79,15 +92,24 @@ class BinPhase(Effect):
         knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
         turns = knots_s / rendering.clock.bin_width_s - values["phase"]
         # Light between two knots meets the wave's chord, which is flatter than the wave by sinc².
-        wave = np.cos(2 * np.pi * turns) / np.sinc(1 / lattice.per_bin) ** 2
+        wave = _wave(values, turns, lattice.per_bin)
         depth, whole = (np.atleast_1d(values[name])[:, None] for name in ("depth", "whole"))
         times = 1 + depth * wave
         if whole.any():
             received = arrivals.light.sum(axis=-1, keepdims=True)
             # Light given to two knots in proportion keeps its mean time.
             mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
-            times = times * (1 + whole * np.cos(2 * np.pi * mean))
+            times = times * np.maximum(1 + whole * _wave(values, mean), 0)
         return replace(arrivals, light=arrivals.light * np.maximum(times, 0))
+
+
+def _wave(values: Values, turns: np.ndarray, per_bin: float = np.inf) -> np.ndarray:
+    """Cosine of a phase in turns, and its harmonics; as steep as it must be for its chords between knots to be it."""
+    total = np.cos(2 * np.pi * turns) / np.sinc(1 / per_bin) ** 2
+    for order in (2, 3):
+        phase, steeper = 2 * np.pi * order * turns, np.sinc(order / per_bin) ** -2
+        total = total + steeper * (values[f"cos_{order}"] * np.cos(phase) + values[f"sin_{order}"] * np.sin(phase))
+    return total
 
 
 effect = BinPhase()

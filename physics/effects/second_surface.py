@@ -23,6 +23,8 @@ FALLOFFS = (2.0, 0.0)
 NEARER = 1.0
 # So many times as much must tell for part of the surfaces as for all that a fit begins there.
 PARTLY = 1.1
+# What one zone passes more of its light than another of the same sheet, at most.
+UNEVEN = 0.8
 # Width of the ends of what is covered, in log range.
 EDGE = 0.02
 
@@ -151,8 +153,10 @@ class SecondSurface(Effect):
         return replace(first, light=first.light - lost + second.light)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A sheet in front is nearer to the sensor, and lit the more for it."""
-        return self.contradiction(values) is not None
+        """A sheet in front is nearer to the sensor, and lit the more for it; and what lets all of one zone's light pass
+        and none of another's is no sheet: that zone is late.
+        """
+        return self.contradiction(values) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
 
     def contradiction(self, values: Values) -> str | None:
         """A pulse before the pulse that goes with it at all ranges alike is the laser's."""

@@ -12,7 +12,7 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many photons for all as are counted at the best phase."""
-    most = (1 + np.max(values["depth"])) * (1 + np.max(values["whole"]))
+    most = (1 + np.max(values["depth"]) * _highest(values)) * (1 + np.max(values["whole"]) * _highest(values))
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
 
@@ -25,11 +25,23 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     depth, whole = (by_zone(world, values[name])[photons.zone] for name in ("depth", "whole"))
     pixel = photons.pixel != NO_PIXEL
     turn = (world.time_zero_s[photons.zone] + way_m(photons, world) / speed_of_light) / world.bin_width_s
-    wave = np.where(pixel, np.cos(2 * np.pi * (turn - values["phase"])), 0)
-    kept = rng.random(len(photons)) * (1 + np.max(values["depth"])) < 1 + depth * wave
-    swell = np.where(pixel, np.cos(2 * np.pi * (_mean_turns(world) - values["phase"]))[photons.zone], 0)
-    kept &= rng.random(len(photons)) * (1 + np.max(values["whole"])) < 1 + whole * swell
+    wave = np.where(pixel, _shape(values, turn), 0)
+    kept = rng.random(len(photons)) * (1 + np.max(values["depth"]) * _highest(values)) < 1 + depth * wave
+    swell = np.where(pixel, _shape(values, _mean_turns(world))[photons.zone], 0)
+    kept &= rng.random(len(photons)) * (1 + np.max(values["whole"]) * _highest(values)) < 1 + whole * swell
     return photons.only(kept)
+
+
+def _shape(values: Values, turn: np.ndarray) -> np.ndarray:
+    """A periodic function of the phase by its first three Fourier coefficients."""
+    once = np.exp(2j * np.pi * (turn - values["phase"]))
+    higher = [(values[f"cos_{k}"] - 1j * values[f"sin_{k}"]) * once**k for k in (2, 3)]
+    return (once + sum(higher)).real
+
+
+def _highest(values: Values) -> float:
+    """What that is nowhere above."""
+    return 1 + sum(abs(values[f"{of}_{k}"]) for of in ("cos", "sin") for k in (2, 3))
 
 
 def _mean_turns(world: World) -> np.ndarray:

@@ -69,6 +69,19 @@ def test_a_whole_pulse_goes_by_the_mean_arrival_of_its_light(small, phase):
             np.testing.assert_allclose(found[i, p] - 5, times * (nominal[i, p] - 5), rtol=1e-4, atol=1e-9)
 
 
+def test_a_sawtooth_has_harmonics(small):
+    """Of a target that steps through one bin, by the sawtooth's Fourier series: sin(2πkφ)/k with alternating sign."""
+    width = small.clock.bin_width_s
+    phases = np.linspace(0, 1, 13)
+    # The mean arrival of light at range r comes r / (c/2) after time zero.
+    ranges = (3 * width + phases * width - small.clock.time_zero_s[0] % width) * C / 2
+    values = {"phase": 0.25, "sin_2": 0.0, "cos_2": 0.5, "cos_3": -1 / 3}
+    plain, seen = (np.array([one_pixel(small, r, whole=w, **values) for r in ranges]) for w in (0.0, 0.3))
+    turned = 2 * np.pi * (phases - 0.25)
+    wanted = 1 + 0.3 * (np.cos(turned) + np.cos(2 * turned) / 2 - np.cos(3 * turned) / 3)
+    np.testing.assert_allclose(seen / plain, wanted, rtol=2e-3)
+
+
 def test_a_dark_zone_has_no_mean_arrival(small):
     weights = small.footprints.changed(lambda w: w * np.array([1, 0, 1, 1])[:, None, None])
     found = ForwardModel(small.light, weights, small.clock, 5.0).expected(1.0, [effect.at(whole=1)])

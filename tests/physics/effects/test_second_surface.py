@@ -121,6 +121,13 @@ def test_a_pulse_in_front_that_does_not_fall_off_is_no_surface(spacing, falloff,
     assert effect.strained(values, None) == denied
 
 
+@pytest.mark.parametrize(
+    ("passed", "stretched"), [([0.95, 0, 0.02, 0], True), ([0.4, 0, 0.1, 0], False), (0.95, False)]
+)
+def test_a_sheet_before_one_zone_that_lets_all_pass_is_rather_a_delay(passed, stretched):
+    assert effect.strained(effect.at(passed=passed, spacing=0.01).values, None) == stretched
+
+
 def boxed(small):
     """A wall with a box before it, which are told apart; and which pixels see the box."""
     depth = np.full((3, 24, 40), 1.2)

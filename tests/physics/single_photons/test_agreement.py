@@ -44,6 +44,8 @@ STRENGTHS = {
         {"depth": 1, "phase": 0.8},
         {"whole": 0.4},
         {"depth": 0.3, "whole": 1, "phase": 0.6},
+        {"depth": 0.4, "phase": 0.2, "cos_2": 0.5, "sin_3": -0.6},
+        {"whole": 0.4, "phase": 0.7, "sin_2": 0.7, "cos_3": 0.4},
         {"depth": [0.6, 0, 0.3, 1], "whole": [0.3, 0.5, 0, 0.2]},
     ],
     "bin_width_error": [
