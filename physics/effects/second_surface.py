@@ -153,7 +153,7 @@ class SecondSurface(Effect):
         return replace(first, light=first.light - lost + second.light)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A sheet in front is lit the more for it; one that only one zone's light passes is rather that zone's delay."""
+        """A sheet in front is lit the more for it; one that only one zone's light passes is that zone's delay."""
         return self.contradiction(values) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
 
     def contradiction(self, values: Values) -> str | None:
