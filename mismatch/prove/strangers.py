@@ -50,10 +50,10 @@ def blinking_zone(expected: np.ndarray, strength: float, rng: np.random.Generato
 
 
 def hum(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
-    """The mains are heard while bins are counted: a wave over the bins, in each frame in another place."""
-    phases, bins = rng.uniform(0, 2 * np.pi, len(expected)), np.arange(expected.shape[-1])
-    wave = 1 + np.sin(2 * np.pi * bins / rng.uniform(20, 60) + phases[:, None])
-    return expected + 10 * strength * wave[:, None, :]
+    """The mains are heard in the dark counts: a wave over their bins, later in each frame than in the one before."""
+    frame, bins = np.arange(len(expected))[:, None], np.arange(expected.shape[-1])
+    wave = np.sin(2 * np.pi * (bins / rng.uniform(20, 60) + frame * rng.uniform(0.1, 0.4)))
+    return expected + np.clip(strength, 0, 1) * expected.min(axis=-1, keepdims=True) * wave[:, None, :]
 
 
 def trembling_clock(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
