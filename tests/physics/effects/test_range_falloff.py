@@ -12,17 +12,21 @@ from physics.light import Return
 from physics.nominal import ForwardModel
 
 
+def agrees_with_strength(small, setting, strength, tolerance):
+    """The effect over a nominal scene, against a scene whose direct light has that strength [frame, row, column]."""
+    light = replace(small.light, returns=(Return(small.light.returns[0].range_m, strength.astype(np.float32)),))
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
+    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, expected, atol=tolerance * expected.max())
+
+
 @pytest.mark.parametrize(("overlap", "steepness"), [(0.0, 2), (0.1, 2), (0.3, 2), (1.0, 2), (0.5, 4), (0.8, 3)])
 def test_it_is_a_scene_of_that_strength(small, overlap, steepness):
     """(1/r²) / (1 + (r0/r)^n) = r^(n − 2) / (r^n + r0^n)."""
     direct = small.light.returns[0]
     r = direct.range_m.astype(float)
     closed = direct.strength * r**steepness / (r**steepness + overlap**steepness)
-    light = replace(small.light, returns=(Return(direct.range_m, closed.astype(np.float32)),))
-    setting = effect.at(overlap_range=overlap, steepness=steepness)
-    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
-    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
-    np.testing.assert_allclose(found, expected, atol=2e-4 * expected.max())
+    agrees_with_strength(small, effect.at(overlap_range=overlap, steepness=steepness), closed, 2e-4)
 
 
 def test_a_zone_of_its_own_overlap_leaves_the_others(small):
@@ -38,11 +42,9 @@ def test_of_a_gaussian_beam_what_lies_within_a_radius_is_caught(small, overlap, 
     direct = small.light.returns[0]
     ratio = (direct.range_m.astype(float) / overlap) ** steepness
     caught = sudden * rayleigh.cdf(np.sqrt(2 * ratio)) + (1 - sudden) * ratio / (1 + ratio)
-    light = replace(small.light, returns=(Return(direct.range_m, (direct.strength * caught).astype(np.float32)),))
-    setting = effect.at(overlap_range=overlap, steepness=steepness, sudden=sudden)
-    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
-    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
-    np.testing.assert_allclose(found, expected, atol=2e-4 * expected.max())
+    agrees_with_strength(
+        small, effect.at(overlap_range=overlap, steepness=steepness, sudden=sudden), direct.strength * caught, 2e-4
+    )
 
 
 @pytest.mark.parametrize(("overlap", "sudden"), [(0.8, 2.0), (0.8, 1.4)])
@@ -50,11 +52,9 @@ def test_a_beam_may_move_evenly_into_the_field(small, overlap, sudden):
     direct = small.light.returns[0]
     ratio = direct.range_m.astype(float) / overlap
     caught = (2 - sudden) * expon.cdf(ratio) + (sudden - 1) * uniform.cdf(ratio)
-    light = replace(small.light, returns=(Return(direct.range_m, (direct.strength * caught).astype(np.float32)),))
-    setting = effect.at(overlap_range=overlap, steepness=1, sudden=sudden)
-    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
-    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
-    np.testing.assert_allclose(found, expected, atol=3e-4 * expected.max())
+    agrees_with_strength(
+        small, effect.at(overlap_range=overlap, steepness=1, sudden=sudden), direct.strength * caught, 3e-4
+    )
 
 
 @pytest.mark.parametrize(("blur", "focus_m"), [(0.8, 1.0), (2.0, 0.7)])
@@ -63,11 +63,7 @@ def test_what_is_in_focus_loses_nothing(small, blur, focus_m):
     direct = small.light.returns[0]
     r = direct.range_m.astype(float)
     closed = direct.strength / (1 + (blur * (focus_m - r) / (r * focus_m)) ** 2)
-    light = replace(small.light, returns=(Return(direct.range_m, closed.astype(np.float32)),))
-    setting = effect.at(overlap_range=blur, focus=1 / focus_m)
-    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
-    expected = ForwardModel(light, small.footprints, small.clock).expected(1e3)
-    np.testing.assert_allclose(found, expected, atol=3e-4 * expected.max())
+    agrees_with_strength(small, effect.at(overlap_range=blur, focus=1 / focus_m), closed, 3e-4)
 
 
 def test_an_exponential_begins_where_it_loses_some_of_what_is_near(small):
