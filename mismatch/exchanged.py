@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from mismatch.absorbed import absorbed
 from mismatch.candidates import candidates_of
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.ranking import ranked
 from mismatch.rivals import evidence
-from mismatch.selection import Round, most_promising, onward, others_than, without
+from mismatch.selection import MOST_EFFECTS, Round, most_promising, onward, others_than, without
 from mismatch.simulation import Simulation
 
 # Part of what an effect gains beside the others that another must promise to be fitted in its place.
@@ -18,10 +19,25 @@ ODDS = 10.0
 
 
 def exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]) -> list[Round]:
-    """Rounds in which one effect, chosen beside all others, has taken the place of one that was chosen before them.
+    """Rounds in which each effect but the last, which was chosen beside the others in any case, is the likeliest there.
 
-    The last was chosen beside the others in any case. As they were, where none is likelier.
+    And none of them is superfluous once another is let be richer. As they were, where that holds.
     """
+    for _ in range(MOST_EFFECTS):
+        before, found = rounds, rounds[-1].before
+        less = absorbed(train, test, forms, found)
+        if less is not found:
+            there = {form.effect.id for form in less.forms}
+            stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect.id in there]
+            rounds = onward(train, test, forms, stay, less)
+        rounds = _one_exchanged(train, test, forms, rounds)
+        if rounds is before:
+            break
+    return rounds
+
+
+def _one_exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]) -> list[Round]:
+    """Rounds in which one effect, chosen beside all others, has taken the place of one that was chosen before them."""
     found = rounds[-1].before
     for form in found.forms[:-1]:
         if train.work.enough:

@@ -103,7 +103,7 @@ class Form:
     def beginning(self, values: dict[str, Any]) -> "Form | None":
         """The same form begun elsewhere; None where these parameters, or each zone's own, are not in it.
 
-        Nor where they say how strong something is that is not in it.
+        Nor where they say how strong something is that is not in it, or are out of bounds.
         """
         strengths = {parameter.name for parameter in self.effect.parameters if parameter.vanishes_at is not None}
         if strengths & values.keys() - set(self.free):
@@ -113,6 +113,8 @@ class Form:
             return None
         given = tuple(n for n in values if n not in self.free and self.effect.parameter(n).vanishes_at is None)
         mine = {name: value for name, value in values.items() if name in (*self.free, *given)}
+        if not all(self.effect.parameter(name).admits(value) for name, value in mine.items()):
+            return None
         return replace(self, start=self.start | mine, given=given)
 
 

@@ -54,9 +54,9 @@ class Simulation:
 
     def each(self, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
         """What `work` on this simulation gives for each item: at once where little enough is kept for each thread."""
-        frames, height, width = self.light.range_m.shape
-        numbers = frames * (height * width + self.counts.shape[1] * self.clock.lattice.size)
-        return in_parallel(work, items, singly=True) if numbers < NUMBERS else [work(item) for item in items]
+        lattices = self.counts.shape[0] * self.counts.shape[1] * self.clock.lattice.size
+        few = self.light.range_m.size + lattices < NUMBERS
+        return in_parallel(work, items, singly=True) if few else [work(item) for item in items]
 
     @cached_property
     def _recent(self) -> threading.local:
@@ -65,7 +65,7 @@ class Simulation:
 
     def expected(self, gain: float, effects: tuple[Setting, ...] = ()) -> np.ndarray:
         """(F, P, T) expected counts with these effects and those that are given; to read only."""
-        self.work.add()
+        self.work.add(self.light.range_m.size + self.counts.size)
         key = (gain, *(setting.key for setting in effects))
         recent: dict[tuple, np.ndarray] = self._recent.__dict__
         found = recent.pop(key) if key in recent else self._expected(gain, effects)

@@ -41,6 +41,10 @@ class Parameter:
                 return abs(value)
         return 0.05 * (self.high - self.low) if np.isfinite(self.high - self.low) else 1.0
 
+    def admits(self, value: float | np.ndarray) -> bool:
+        """Whether a number, or each of several, is within bounds."""
+        return bool(np.all((np.asarray(value) >= self.low) & (np.asarray(value) <= self.high)))
+
     def checked(self, value: Any, place: str) -> float | np.ndarray:
         """The value as a number, or (P,) numbers; refuses what is none or out of bounds."""
         try:

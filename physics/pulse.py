@@ -5,15 +5,13 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.constants import speed_of_light
-from scipy.signal import lfilter
 from scipy.special import ndtr
 
+from physics.waits import late, reach
 from recordings.refusal import Refusal
 
-# The pulse is followed to this many standard deviations of its core and time constants of its tail: 1e-9 is
-# left out.
+# The pulse is followed to this many standard deviations of its core: 1e-9 is left out.
 CORE_REACH = 6.0
-TAIL_REACH = 20.0
 # Less of a step than this is nothing, and its square would be too small for a number.
 NARROWEST = 1e-9
 
@@ -79,36 +77,17 @@ class ImpulseResponse:
         times = self.time_s[0] + self.step_s * np.arange(-reach, len(self.time_s) + reach)
         return ImpulseResponse(times, probability * (self.probability.sum() / probability.sum()))
 
-    def with_tail(self, tail_s: float, share: float) -> "ImpulseResponse":
+    def with_tail(self, tail_s: float, share: float, heavy: float = 0.0) -> "ImpulseResponse":
         """The response where a share of the photons is delayed once more, exponentially with mean `tail_s`.
 
-        Exact for this response, whose photons are spread evenly over each step; `TAIL_REACH` time constants longer.
+        heavy: of `waits.waiting`; other than 0 for a plateau, a ramp, or a power law. Exact for this response, whose
+        photons are spread evenly over each step; longer by all delays but the longest (`waits.reach`).
         """
         if not (tail_s > 0 and 0 <= share <= 1):
             raise Refusal(f"tail: time constant {tail_s} s, share {share}, expected above 0 and 0 to 1")
-        more = int(np.ceil(TAIL_REACH * tail_s / self.step_s))
+        more = int(np.ceil(reach(tail_s, heavy) / self.step_s))
         core = np.concatenate([self.probability, np.zeros(more)])
-        delayed = lfilter(*tail(self.step_s, tail_s), core)
-        return self._mixed(core, delayed, share)
-
-    def with_plateau(self, duration_s: float, share: float) -> "ImpulseResponse":
-        """The response where a share of the photons is delayed once more, evenly up to `duration_s`.
-
-        Exact for this response, whose photons are spread evenly over each step.
-        """
-        if not (duration_s > 0 and 0 <= share <= 1):
-            raise Refusal(f"plateau: {duration_s} s, share {share}, expected above 0 and 0 to 1")
-        more = int(np.ceil(duration_s / self.step_s))
-        core = np.concatenate([self.probability, np.zeros(more)])
-        at = self.step_s * np.arange(-1, more + 2)
-        # Twice the integral of the density: its second differences are what even steps hold.
-        within = np.clip(at, 0, duration_s)
-        waits = np.diff(within**2 / (2 * duration_s) + np.maximum(at - duration_s, 0), 2) / self.step_s
-        return self._mixed(core, np.convolve(core, waits)[: len(core)], share)
-
-    def _mixed(self, core: np.ndarray, late: np.ndarray, share: float) -> "ImpulseResponse":
-        """A share of the light (N,) late; as much in all as there was."""
-        mixed = (1 - share) * core + share * late
+        mixed = (1 - share) * core + share * late(core, self.step_s, tail_s, heavy)
         times = self.time_s[0] + self.step_s * np.arange(len(core))
         return ImpulseResponse(times, mixed * (self.probability.sum() / mixed.sum()))
 
@@ -126,16 +105,6 @@ def blurring(step_s: float, sigma_s: float) -> np.ndarray:
     # Integral of the normal cumulative: its second difference is the share of a step that falls into each other.
     heaped = at * ndtr(at / sigma) + sigma * np.exp(-0.5 * (at / sigma) ** 2) / np.sqrt(2 * np.pi)
     return np.maximum(np.diff(heaped, 2), 0)
-
-
-def tail(step_s: float, tail_s: float) -> tuple[list[float], list[float]]:
-    """Numerator and denominator of the filter that delays photons exponentially, by steps over which they are even.
-
-    Of photons delayed from a step, `same` are registered within it; of those that still wait, `kept` wait on.
-    """
-    kept = np.exp(-step_s / tail_s)
-    same = 1 + np.expm1(-step_s / tail_s) * tail_s / step_s
-    return [same, (1 - kept) * (1 - same) - same * kept], [1.0, -kept]
 
 
 def tailed_pulse(rise_s: float, fall_s: float, tail_s: float, tail_share: float, step_s: float) -> ImpulseResponse:

@@ -5,11 +5,10 @@ from scipy.linalg import toeplitz
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+from physics.waits import waiting
 
 # Traps hold carriers for nanoseconds and more; what comes sooner, without a hold-off, is rather the pulse's own tail.
 SOONEST_S = 1.5e-9
-# Less heavy tails are exponential to the last digit that matters.
-EXPONENTIAL = 1e-6
 
 
 class Afterpulsing(Effect):
@@ -107,8 +106,7 @@ def _echo(counts: np.ndarray, width: float, tau: float, dead: float, heavy: floa
     bins = counts.shape[-1]
     # None comes before the event's own bin.
     waited = np.maximum(np.arange(bins + 1) * width - width - max(dead, -width), 0) / tau
-    held = np.exp(-waited) if heavy < EXPONENTIAL else (1 + heavy * waited) ** (-1 / heavy)
-    released = -np.diff(held)  # So many bins later.
+    released = -np.diff(waiting(waited, 1.0, heavy))  # So many bins later.
     return counts @ np.triu(toeplitz(released))
 
 

@@ -6,8 +6,8 @@ from scipy.signal import lombscargle
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
-# Frames that tell a beat from a trend.
-FEWEST = 8
+# Frames that tell a beat from a trend. Of what they show most, they show that part of a wave which counts as seen.
+FEWEST, SEEN = 8, 1e-2
 
 
 class AmbientPedestal(Effect):
@@ -93,7 +93,9 @@ class AmbientPedestal(Effect):
             return []
         phase = 2 * np.pi * frequency * time_s
         waves = np.stack([np.ones(len(phase)), np.sin(phase), np.cos(phase)], axis=1)
-        mean, sine, cosine = np.linalg.lstsq(waves * np.sqrt(told)[:, None], level * np.sqrt(told), rcond=None)[0]
+        weight = np.sqrt(told / told.max())
+        # A beat of every other frame is seen at one phase alone, and its other part could be anything: it is none then.
+        mean, sine, cosine = np.linalg.lstsq(waves * weight[:, None], level * weight, rcond=SEEN)[0]
         swings = {"swing_sin": float(sine), "swing_cos": float(cosine)}
         return [{"level": float(max(mean, np.hypot(sine, cosine) / 10)), "frequency": frequency} | swings]
 

@@ -3,13 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
 
 from physics.arrivals import Arrivals
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.pulse import tail
 from physics.rendering import Rendering
+from physics.waits import half_life, late
 
 # Carriers have diffused, and lasers turned off, within this; what falls more slowly is rather released by traps.
 SLOWEST_S = 2e-9
@@ -18,9 +17,10 @@ SLOWEST_S = 2e-9
 class ImpulseTail(Effect):
     """Photons are registered late: by an exponentially distributed delay, as carriers diffuse, or evenly up to an end.
 
-    The latter is a laser that lingers at a low level and then stops. The exponential is the detector's, which may
-    delay another share of the photons in each zone: then light is delayed by knots of the lattice, step for step as the
-    pulse is where all zones have the same.
+    The latter is a laser that lingers at a low level and then stops. Carriers that come from many depths fall less
+    steeply in the end, and a laser that turns off along a ramp more steeply: `heavy`, of `waits.waiting`. This tail is
+    the detector's, which may delay another share of the photons in each zone: then light is delayed by knots of the
+    lattice, step for step as the pulse is where all zones have the same.
     """
 
     id = "impulse_tail"
@@ -35,7 +35,7 @@ class ImpulseTail(Effect):
         LookAlike("multipath", "Take the target out of the corner: a tail stays, a second bounce goes."),
         LookAlike("impulse_width", "Look at the early flank: a wider pulse rises earlier, a tail leaves it as it is."),
     )
-    forms = (("share", "tau"), ("lingering", "duration"))
+    forms = (("share", "tau"), ("lingering", "duration"), ("share", "tau", "heavy"))
     parameters = (
         Parameter(
             "share",
@@ -74,15 +74,28 @@ class ImpulseTail(Effect):
             tries=(5e-10, 1e-9, 2e-9, 4e-9),
             sentence="Time after which it stops.",
         ),
+        Parameter(
+            "heavy",
+            unit="1",
+            low=-0.5,
+            high=2.0,
+            start=0.0,
+            tries=(-0.4, 0.6),
+            sentence="Falls with the power 1 + 1/heavy of time; 0 exponentially, -1/2 on a straight line until 2 tau.",
+        ),
     )
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """Where half of the photons wait as long as those that traps hold, it is an echo rather than a tail."""
+        return bool(np.any(values["share"])) and half_life(values["tau"], values["heavy"]) > SLOWEST_S * np.log(2)
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The pulse, delayed in part."""
         pulse = rendering.clock.pulse
         if values["lingering"]:
-            pulse = pulse.with_plateau(values["duration"], values["lingering"])
+            pulse = pulse.with_tail(values["duration"], values["lingering"], heavy=-1.0)
         if np.ndim(values["share"]) == 0 and values["share"]:
-            pulse = pulse.with_tail(values["tau"], values["share"])
+            pulse = pulse.with_tail(values["tau"], values["share"], values["heavy"])
         return replace(rendering.clock, pulse=pulse)
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
@@ -91,8 +104,8 @@ class ImpulseTail(Effect):
             return rendering.arrivals
         share = np.asarray(values["share"])[:, None]
         here = rendering.arrivals
-        late = lfilter(*tail(here.lattice.step_s, values["tau"]), here.light)
-        return replace(here, light=here.light + share * (late - here.light))
+        delayed = late(here.light, here.lattice.step_s, values["tau"], values["heavy"])
+        return replace(here, light=here.light + share * (delayed - here.light))
 
 
 effect = ImpulseTail()

@@ -44,6 +44,7 @@ def test_a_form_begins_elsewhere_only_by_parameters_it_has():
     assert form.beginning({"tau": 7e-10}).start["tau"] == 7e-10
     assert form.beginning({"factor": 2.0}) is None
     assert form.beginning({"tau": 7e-10, "lingering": 0.1}) is None
+    assert form.beginning({"tau": 7.0}) is None
 
 
 def test_zones_that_had_values_of_their_own_begin_amid_them_where_all_have_one():

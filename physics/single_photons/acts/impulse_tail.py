@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import genpareto
 
 from physics.effect import Values
 from physics.single_photons.draw import by_zone
@@ -15,5 +16,6 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     lingers = rng.random(len(photons)) < values["lingering"]
     time[lingers] += rng.uniform(0, values["duration"], int(lingers.sum()))
     waits = rng.random(len(photons)) < by_zone(world, values["share"])[photons.zone]
-    time[waits] += rng.exponential(values["tau"], int(waits.sum()))
+    longer = genpareto(values["heavy"], scale=values["tau"])
+    time[waits] += longer.rvs(int(waits.sum()), random_state=rng)
     return replace(photons, time_s=time)

@@ -52,6 +52,20 @@ def test_a_lamp_beats_with_the_frames(small):
     assert np.angle(found) == pytest.approx(turned, abs=0.4)
 
 
+@pytest.mark.parametrize("uneven", [0.0, 1e-9, 1e-6])
+def test_a_beat_of_every_other_frame_is_of_the_size_that_is_seen(small, uneven):
+    """At that frequency frames show the wave at one phase and nothing of the other."""
+    frames = 40
+    time_s = 0.06 * np.arange(frames) + uneven * np.arange(frames) % 3
+    walls = np.ones((frames, 6, 10))
+    light = direct_light(walls, INTRINSICS, None, walls, time_s=time_s)
+    expected = ForwardModel(light, small.footprints, small.clock, 3.0).expected(50.0)
+    more = np.broadcast_to(5.0 + 2 * (-1.0) ** np.arange(frames)[:, None, None], expected.shape)
+    (start,) = effect.starts(more, expected, Rendering(light, small.footprints, small.clock, 50.0))
+    assert start["level"] == pytest.approx(5.0, abs=0.5)
+    assert np.hypot(start["swing_cos"], start["swing_sin"]) < 8
+
+
 def test_the_same_light_may_be_brighter_than_it_was(small):
     recorded = np.array([3.0, 0, 1, 9])
     model = ForwardModel(small.light, small.footprints, small.clock, recorded)

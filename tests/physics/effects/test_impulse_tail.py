@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import exponnorm, norm
+from scipy.stats import exponnorm, genpareto, norm
 
 from physics.clock import Clock
 from physics.effects.impulse_tail import effect
@@ -83,13 +83,28 @@ def test_it_is_in_proportion_at_all_ranges(small):
 def test_what_falls_more_slowly_is_no_tail():
     with pytest.raises(Refusal, match=r"tau is 2\.5e-09, expected 1e-12 to 2e-09 s"):
         effect.at(share=0.1, tau=2.5e-9)
+    assert effect.strained(effect.at(share=0.1, tau=1.6e-9, heavy=0.9).values, None)
+    assert not effect.strained(effect.at(share=0.1, tau=1.6e-9, heavy=0.1).values, None)
+    assert not effect.strained(effect.at(share=0.0, tau=1.6e-9, heavy=0.9).values, None)
 
 
-@pytest.mark.parametrize("tau", [0.1e-9, 0.7e-9])
-def test_each_zone_may_have_a_tail_of_its_own(small, tau):
+@pytest.mark.parametrize(("tau", "heavy"), [(0.3e-9, -0.5), (0.2e-9, 0.6), (0.1e-9, 1.0), (0.4e-9, 2.0)])
+def test_tails_that_fall_otherwise_are_those_of_pareto(tau, heavy):
+    """The normal distribution's cumulative, averaged over scipy's delays; but for what waits longer than 20 ns."""
+    times, chances = np.linspace(-0.4e-9, 4e-9, 60), (np.arange(20000) + 0.5) / 20000
+    within = genpareto.cdf(2e-8, heavy, scale=tau)
+    waits = genpareto.ppf(chances * within, heavy, scale=tau)
+    closed = norm.cdf(times[:, None] - waits, scale=SIGMA).mean(axis=1)
+    found = tailed(1.0, tau, heavy=heavy)
+    assert (found.probability >= 0).all()
+    np.testing.assert_allclose(found.cumulative(times), closed, atol=1.5e-3)
+
+
+@pytest.mark.parametrize(("tau", "heavy"), [(0.1e-9, 0.0), (0.7e-9, 0.0), (0.7e-9, -0.5), (0.3e-9, 0.4)])
+def test_each_zone_may_have_a_tail_of_its_own(small, tau, heavy):
     """As with sensors all of whose zones have that tail; light from before the first bin is another matter."""
     model, shares = ForwardModel(small.light, small.footprints, small.clock), np.array([0.5, 0, 0.1, 0.9])
-    found = model.expected(1e3, [effect.at(share=shares, tau=tau)])
+    found = model.expected(1e3, [effect.at(share=shares, tau=tau, heavy=heavy)])
     for zone, share in enumerate(shares):
-        alone = model.expected(1e3, [effect.at(share=share, tau=tau)])
+        alone = model.expected(1e3, [effect.at(share=share, tau=tau, heavy=heavy)])
         np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=1e-4 * alone.max())
