@@ -128,7 +128,10 @@ class Effect:
         return 0.0
 
     def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
-        """(F, P, T) expected counts with things somewhere, by chance, in each frame. rendering: as for `look`."""
+        """(F, P, T) expected counts with things somewhere, by chance, in each frame.
+
+        rendering: as for `look`, or as if nothing had been recorded.
+        """
         raise NotImplementedError  # Only an effect that `looks` is asked, and it has its own.
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:

@@ -36,11 +36,19 @@ def from_neighbours(light: Light) -> Light:
     How far that is off tells what interpolation is worth: where things move on a curve its error goes with the square
     of the time between the two. The first frame and the last are theirs.
     """
-    here, times = np.arange(light.frames), np.asarray(light.time_s, float)
-    lower, upper = np.maximum(here - 1, 0), np.minimum(here + 1, light.frames - 1)
+    return _between(light, *neighbours(np.asarray(light.time_s, float)))
+
+
+def neighbours(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(F,) each: the frame before and that after each, and how much of the second there is at its time.
+
+    Of the first and the last themselves.
+    """
+    here = np.arange(len(times))
+    lower, upper = np.maximum(here - 1, 0), np.minimum(here + 1, len(times) - 1)
     inner = (lower < here) & (here < upper) & (times[upper] > times[lower])
     part = np.where(inner, (times - times[lower]) / np.where(inner, times[upper] - times[lower], 1), 0)
-    return _between(light, np.where(inner, lower, here), np.where(inner, upper, here), part)
+    return np.where(inner, lower, here), np.where(inner, upper, here), part
 
 
 def _between(light: Light, lower: np.ndarray, upper: np.ndarray, part: np.ndarray) -> Light:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,23 @@ class Motion:
         """A plane n·X = d of the frame at the beginning, its normal (3,) and distance in the camera's frame then."""
         there = self.start_from_camera[int(np.argmin(np.abs(self.time_s - time_s)))]
         return there[:3, :3].T @ normal, float(distance_m - normal @ there[:3, 3])
+
+    def at(self, time_s: np.ndarray) -> np.ndarray:
+        """(F, 4, 4) where it was at any times: evenly on from one of its own to the next, and as it did beyond.
+
+        Straight on, and turning about one axis (Rodrigues' vectors).
+        """
+        last = len(self.time_s) - 1
+        lower = np.clip(np.searchsorted(self.time_s, time_s, side="right") - 1, 0, max(last - 1, 0))
+        upper = np.minimum(lower + 1, last)
+        span = self.time_s[upper] - self.time_s[lower]
+        part = np.where(span > 0, (np.asarray(time_s, float) - self.time_s[lower]) / np.where(span > 0, span, 1), 0.0)
+        before, after = self.start_from_camera[lower], self.start_from_camera[upper]
+        turned = Rotation.from_matrix(np.swapaxes(before[:, :3, :3], 1, 2) @ after[:, :3, :3]).as_rotvec()
+        out = before.copy()
+        out[:, :3, :3] = before[:, :3, :3] @ Rotation.from_rotvec(turned * part[:, None]).as_matrix()
+        out[:, :3, 3] += part[:, None] * (after[:, :3, 3] - before[:, :3, 3])
+        return out
 
     def forward_m(self, time_s: np.ndarray) -> np.ndarray:
         """(F,) how far it has moved along the axis on which it looked at the beginning."""

@@ -1,6 +1,6 @@
 """Whether stated errors are right: how often true parameters lie within the intervals of a fit of the named form."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -104,7 +104,8 @@ def _mean(simulation: Simulation, gain: float, setting: Setting, rng: np.random.
     """(F, P, T) expected counts; with things somewhere by chance where only a recording could say where they are."""
     if not setting.effect.looks(setting.values):
         return simulation.expected(gain, (setting,))
-    return setting.effect.at_random(setting.values, simulation.without(gain, (setting,), setting), rng)
+    bare = replace(simulation.without(gain, (setting,), setting), recorded=None)
+    return setting.effect.at_random(setting.values, bare, rng)
 
 
 def _drawn(effect: Effect, rng: np.random.Generator, moved: tuple[float, float]) -> tuple[Simulation, Setting]:

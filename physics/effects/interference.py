@@ -138,11 +138,19 @@ class Interference(Effect):
         return Look(float(placed.flattery.sum()), float(placed.blur.sum()), slopes)
 
     def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
-        """A pulse at one place in some of the frames."""
+        """A pulse at one place in some of the frames, as often at each as all that were recorded say.
+
+        One that keeps where the sensor's own light is bright shows less than one that may be anywhere.
+        """
         clock = _longer(rendering.clock, values["longer"])
         shares = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s)
         frames = len(rendering.expected)
-        there = shares[rng.integers(len(shares), size=frames)] * (rng.random(frames) < values["present"])[:, None]
+        if rendering.recorded is None:
+            places = rng.integers(len(shares), size=frames)
+        else:
+            often = self._placed(values, rendering).chances.sum(axis=0)
+            places = rng.choice(len(shares), size=frames, p=often / often.sum())
+        there = shares[places] * (rng.random(frames) < values["present"])[:, None]
         return rendering.expected + np.atleast_1d(values["roaming"])[:, None] * there[:, None]
 
     def _placed(self, values: Values, rendering: Rendering) -> Roaming:

@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 
 from physics.arrivals import Arrivals, arrivals
+from physics.carried import both, carried
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
-from physics.light_between import around, from_neighbours, light_at
+from physics.light_between import around, light_at
 from physics.rendering import Rendering
+from physics.told_between import Told
 
 
 class TimeLag(Effect):
@@ -19,7 +21,9 @@ class TimeLag(Effect):
 
     What it sees then is taken pixel by pixel from the two frames around that time, range and strength linear in
     between; where an edge passes, part of the light of either (`light_at`). What it sees before the first frame and
-    after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`.
+    after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`. Where poses of the
+    camera are known, the part `carried` of the light is that of a scene which stands still, seen from where the camera
+    is by then (`carried.carried`): what moves in it does not, but edges that the camera passes are in place.
 
     A sensor with more zones than converters measures them in two bursts: some zones look `burst` seconds later still,
     those of which `late` is 1. What either sees then is what surfaces send back directly; where zones look, and what
@@ -35,8 +39,8 @@ class TimeLag(Effect):
         LookAlike("footprint_shift", "Hold sensor and scene still: a shift stays, a lag has nothing to show."),
         LookAlike("parallax", "Hold sensor and scene still: parallax stays, a lag has nothing to show."),
     )
-    forms = (("lag",), ("skew",), ("lag", "skew"), ("burst",), ("lag", "burst"), ("lag", "beyond"))
-    richer = forms[-1:]
+    forms = (("lag",), ("skew",), ("lag", "skew"), ("burst",), ("lag", "burst"), ("lag", "beyond"), ("lag", "carried"))
+    richer = forms[-2:]
     parameters = (
         Parameter(
             "lag",
@@ -60,6 +64,9 @@ class TimeLag(Effect):
             sentence="1 for zones of the second burst, 0 for others; -1 where those of the second half are.",
         ),
         Parameter("beyond", "1", 0.0, 1.0, 0.0, "How far things move on before the first frame and after the last."),
+        Parameter(
+            "carried", "1", 0.0, 1.0, 0.0, "Part of what is seen that the camera's motion alone moves.", tries=(1.0,)
+        ),
     )
 
     def reach(self, values: Values) -> tuple[float, float]:
@@ -83,34 +90,15 @@ class TimeLag(Effect):
         return replace(first, light=np.where(late[:, None], second.light, first.light))
 
     def unseen(self, values: Values, rendering: Rendering) -> float:
-        """What interpolation is off, as that of frames which were seen tells.
-
-        On a curve it is off by x·(1 - x) of what it would be halfway between frames twice as far apart, with x the part
-        of the way; its deviance goes with the square (the remainder of linear interpolation, Abramowitz and Stegun
-        25.2.1), before the first frame and after the last as well. What moved on there, and was not let, is off by what
-        it does from frame to frame.
-        """
+        """What interpolation is off, as that of frames which were seen tells; and what moved on beyond them."""
         light, times = rendering.light, np.asarray(rendering.light.time_s, float)
         late = late_zones(values, rendering.footprints.seen[0][1].shape[1]) & (values["burst"] != 0)
-        bursts = []
-        for of, lag in ((~late, values["lag"]), (late, values["lag"] + values["burst"])):
-            bursts.append((of, *around(times, times + lag + values["skew"] * times, 1.0)))
-        if not any(((part != 0) & (part != 1)).any() for *_, part in bursts):
-            return 0.0
-        counts, guessed = (
-            rendering.gain * arrivals(seen, rendering.footprints, rendering.clock).binned()
-            for seen in (light, from_neighbours(light))
-        )
-        off = ((guessed - counts) ** 2 / np.maximum(counts + rendering.background, 1)).sum(axis=2)
-        if len(off) > 2:  # What nobody saw from both sides curves as its neighbour does.
-            off[[0, -1]] = off[[1, -2]]
-        steps = (np.diff(counts, axis=0) ** 2 / np.maximum((counts[1:] + counts[:-1]) / 2, 1)).sum(axis=2)
+        moves_on = light.motion is not None and values["carried"] > 0.5
+        told = Told.of(rendering, moves_on)
         left = 0.0
-        for of, lower, upper, part in bursts:
-            curved = (part * (1 - part)) ** 2 * (off[lower] + off[upper])[:, of].sum(axis=1) / 2
-            # Beyond the ends it did not go on at all, but by `beyond`.
-            further = (1 - values["beyond"]) * (part - np.clip(part, 0, 1))
-            left += float((curved + further**2 * steps[np.minimum(lower, len(steps) - 1)][:, of].sum(axis=1)).sum())
+        for of, lag in ((~late, values["lag"]), (late, values["lag"] + values["burst"])):
+            near = around(times, times + lag + values["skew"] * times, 1.0)
+            left += told.between(of, *near) + told.beyond(of, *near, 0.0 if moves_on else 1 - values["beyond"])
         return left
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
@@ -139,8 +127,15 @@ def _then(values: Values, light: Light) -> Light:
     """Light at the LiDAR's times."""
     if values["lag"] == 0 and values["skew"] == 0:
         return light
-    time_s = np.asarray(light.time_s)
-    return light_at(light, time_s + values["lag"] + values["skew"] * time_s, values["beyond"])
+    frames_s = np.asarray(light.time_s, float)
+    time_s = frames_s + values["lag"] + values["skew"] * frames_s
+    still = values["carried"] if light.motion is not None else 0.0
+    if still == 0:
+        return light_at(light, time_s, values["beyond"])
+    carried_on = carried(light, *around(frames_s, time_s, 0.0), time_s)
+    if still == 1:
+        return carried_on
+    return both(light_at(light, time_s, values["beyond"]), carried_on, still)
 
 
 def late_zones(values: Values, zones: int) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Effects that look where things are in each frame: slopes, promises and gains that are not flattered by the look."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,8 @@ def disturbed(rig, simulated):
     bare = simulated(rig.expected())
     gain = fit_nominal(bare).gain
     setting = effect.at(**VALUES)
-    mean = effect.at_random(setting.values, bare.without(gain, (setting,), setting), rng)
+    nothing = replace(bare.without(gain, (setting,), setting), recorded=None)
+    mean = effect.at_random(setting.values, nothing, rng)
     return simulated(rng.poisson(mean))
 
 

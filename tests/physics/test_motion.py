@@ -31,3 +31,21 @@ def test_the_beginning_may_lie_before_and_poses_may_be_unknown():
     motion = Motion.of([4.0, 5.0], poses, start=np.eye(4))
     assert [motion.plane(np.array([0, 0, 1.0]), 3.0, time)[1] for time in (4.2, 7.0)] == [2.0, 1.5]
     assert Motion.of([0.0], None) is None
+
+
+@given(st.integers(0, 10_000), st.floats(-0.5, 1.5))
+def test_between_and_beyond_its_own_times_it_goes_on_evenly(seed, part):
+    """On a straight line about one axis, whatever the two poses are it goes through."""
+    rng = np.random.default_rng(seed)
+    turn, velocity, start = rng.normal(size=3), rng.normal(size=3), Rotation.random(random_state=rng)
+    turn *= rng.uniform(0, 1) / np.linalg.norm(turn)
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    for i in range(2):
+        poses[i, :3, :3] = (start * Rotation.from_rotvec(turn * i)).as_matrix()
+        poses[i, :3, 3] = velocity * i
+    motion = Motion.of([2.0, 4.0], poses, start=np.eye(4))
+    (found,) = motion.at(np.array([2.0 + 2 * part]))
+    np.testing.assert_allclose(found[:3, :3], (start * Rotation.from_rotvec(turn * part)).as_matrix(), atol=1e-9)
+    np.testing.assert_allclose(found[:3, 3], velocity * part, atol=1e-12)
+    alone = Motion.of([2.0], poses[:1], start=np.eye(4))
+    np.testing.assert_allclose(alone.at(np.array([1.0, 2.0, 9.0])), np.tile(poses[0], (3, 1, 1)), atol=1e-12)

@@ -119,6 +119,18 @@ def test_at_random_it_is_in_a_share_of_the_frames(small):
     np.testing.assert_array_equal(drawn[:, 0], drawn[:, 3])
 
 
+def test_at_random_it_is_where_it_was_seen(small):
+    """In frames that show it in the upper half of the window it is drawn there."""
+    empty = np.zeros((3, 4, 40))
+    values = effect.at(roaming=100, present=1.0).values
+    recorded = np.zeros((3, 4, 40))
+    recorded[np.arange(3), :, [25, 30, 34]] = 60.0
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0, expected=empty, recorded=recorded)
+    drawn = np.concatenate([effect.at_random(values, rendering, np.random.default_rng(s)) for s in range(60)])
+    assert set(drawn[:, 0].argmax(axis=1)) <= {24, 25, 26, 29, 30, 31, 33, 34, 35}
+    assert len(set(drawn[:, 0].argmax(axis=1))) >= 3
+
+
 def test_how_a_search_begins_goes_by_what_is_there(small):
     rng = np.random.default_rng(3)
     shares = small.clock.pulse.in_bins(np.array([3e-9, 5e-9, 8e-9]), small.clock.bins, small.clock.bin_width_s)

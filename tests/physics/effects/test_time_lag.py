@@ -8,6 +8,7 @@ import pytest
 from physics.effects import find_effect
 from physics.effects.time_lag import effect
 from physics.light import direct_light
+from physics.motion import Motion
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 
@@ -156,3 +157,45 @@ def test_what_nobody_saw_between_frames_is_owned_up_to(small, lag, beyond):
     still = Rendering(approaching(TIMES), small.footprints, small.clock, 1e5, background=1.0)
     assert effect.unseen(effect.at(lag=0.05, beyond=1).values, still) < 0.02 * owned
     assert effect.unseen(effect.at(lag=0.0).values, rendering) == 0
+
+
+def fence(times):
+    """Rails 0.5 m away before a wall at 1 m, that pass by at 5 pixels a second, other rails in each row."""
+    rng = np.random.default_rng(8)
+    at = np.arange(10) - 5 * np.asarray(times)[:, None, None] + rng.uniform(0, 9, (6, 1))
+    depth = np.where(np.sin(at * rng.uniform(0.7, 1.3, (6, 1))) > 0, 0.5, 1.0)
+    return direct_light(depth, INTRINSICS, None, np.ones(depth.shape), time_s=times)
+
+
+@pytest.mark.parametrize("lag", [0.005, 0.02, 0.04])
+def test_whether_an_edge_has_passed_a_pixel_is_owned_up_to(small, lag):
+    times = 0.05 * np.arange(60)
+    true = ForwardModel(fence(times + lag), small.footprints, small.clock, 1.0).expected(1e4)
+    lagged = effect.at(lag=lag)
+    left = (ForwardModel(fence(times), small.footprints, small.clock, 1.0).expected(1e4, [lagged]) - true) ** 2 / true
+    owned = effect.unseen(lagged.values, Rendering(fence(times), small.footprints, small.clock, 1e4, background=1.0))
+    assert left.sum() / 2 < owned < 2 * left.sum()
+
+
+def test_where_the_scene_stands_still_the_camera_s_motion_carries_it(small):
+    """A deep relief that the camera passes, two pixels a frame, against what it sees at the other times."""
+    times = 0.05 * np.arange(40)
+
+    def relief(times, known=True):
+        poses = np.tile(np.eye(4), (len(times), 1, 1))
+        poses[:, 0, 3] = 4.0 * np.asarray(times)
+        across = direct_light(np.ones((1, 6, 10)), INTRINSICS).rays[..., 0]
+        depth = np.full((len(times), 6, 10), 0.8)
+        for _ in range(60):  # Where a ray meets the surface z = 0.8 + 0.15·sin(3·x).
+            depth = 0.8 + 0.15 * np.sin(3 * (poses[:, 0, 3, None, None] + depth * across))
+        motion = Motion.of(times, poses) if known else None
+        return direct_light(depth, INTRINSICS, None, np.ones(depth.shape), time_s=times, motion=motion)
+
+    model = ForwardModel(relief(times), small.footprints, small.clock)
+    true = ForwardModel(relief(times + 0.02), small.footprints, small.clock).expected(1e3)
+    off = [((model.expected(1e3, [effect.at(lag=0.02, carried=c)]) - true)[1:-1] ** 2).sum() for c in (0.0, 0.5, 1.0)]
+    assert off[2] < 0.3 * off[0]
+    assert off[2] < off[1] < off[0]
+    unknown = ForwardModel(relief(times, known=False), small.footprints, small.clock)
+    same = [unknown.expected(1e3, [effect.at(lag=0.02, carried=c)]) for c in (0.0, 1.0)]
+    np.testing.assert_array_equal(*same)
