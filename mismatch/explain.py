@@ -21,7 +21,7 @@ from mismatch.noise import frame_gain_sigma
 from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
 from mismatch.refined import divided
-from mismatch.selection import Round
+from mismatch.selection import MOST_EFFECTS, Round
 from mismatch.simulation import Simulation
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
@@ -104,6 +104,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     small = minor is not None and remains < min(most, TAKEN_UP * minor.observed)
     doubted = doubts(simulation, judged, effects)
     negligible = (small or remains < min(NEGLIGIBLE * won, LARGE)) and not any(place.foreign for place in left)
+    # As many causes as there may be, and still something: none of them need be there.
+    negligible &= len(judged.forms) < MOST_EFFECTS
     if doubted or (left and not (judged.forms and negligible)):
         kind = "unknown"
     if kind != "agrees":
