@@ -10,6 +10,8 @@ from mismatch.simulation import Simulation
 
 # Powers of two whose remainders are looked at: quantised counts, bits that stick.
 STEPS = (2, 4, 8)
+# A count recurs that comes more often than so many times either next with its remainder, and so many more.
+RECURRING, FEW = 3, 20
 # Poisson counts of this mean or more leave every remainder of a division by 2, 4 or 8 alike often, to 1e-3.
 EVEN = 14.0
 # Mean counts, in every frame, from which a cell's rhythm over many frames is that of normal numbers.
@@ -121,7 +123,8 @@ def dispersion(counts: np.ndarray, mean: np.ndarray) -> Check:
 def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
     """Whether counts leave every remainder alike often, in the zone where they do so least.
 
-    But for cells about as bright as its largest count: that of a full counter comes often, whatever its remainder.
+    But for cells about as bright as its largest count: that of a full counter comes often, whatever its remainder. One
+    that was full for part of the session is known by a count that comes more often than others of its remainder.
     """
     out = []
     for step in STEPS:
@@ -132,6 +135,7 @@ def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
             many = seen[below & (bright >= EVEN * (step / 4) ** 2)].astype(np.int64)
             if len(many) < 10 * step:
                 continue
+            many = _not_recurring(many, step)
             found = np.bincount(many % step, minlength=step)
             p = float(chi2.sf(((found - len(many) / step) ** 2).sum() / (len(many) / step), step - 1))
             if p < worst:
@@ -140,3 +144,15 @@ def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
         said = f"counts of zone {where} divided by {step} leave some remainders more often than others"
         out.append(Check(p_value, said))
     return out
+
+
+def _not_recurring(counts: np.ndarray, step: int) -> np.ndarray:
+    """Counts (N,) without those of the commonest that are more than there are of either next with its remainder."""
+    often = np.bincount(counts)
+    commonest = int(often.argmax())
+    beside = [often[at] for at in (commonest - step, commonest + step) if 0 <= at < len(often)]
+    spare = often[commonest] - RECURRING * max(beside, default=0)
+    if spare < FEW:
+        return counts
+    kept = counts[counts != commonest]
+    return np.concatenate([kept, np.full(max(beside, default=0), commonest)])

@@ -18,7 +18,7 @@ SIDES_DEG = (0.0, 90.0, 180.0, -90.0)
 
 
 class Multipath(Effect):
-    """Five ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
+    """Six ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
 
     Between two visible surfaces, matt or rough: `physics.bounce`.
 
@@ -33,6 +33,9 @@ class Multipath(Effect):
     it came from, as by a cat's eye, and returns once more:
 
         S'_i = retro · S_i²,   at 4 r_i / c
+
+    A target that sends light straight back, and a face that mirrors it, lose as much at any range, or more at larger
+    ones, as light spreads: S'_i = mirrored · S_i · (1 m / r_i)^spreading, at 4 r_i / c.
 
     By way of a surface outside the view: a plane lights the target as an image of the sensor would that stands behind
     it. It is as far from the target as the target's own image X' is from the sensor. With θ' the incidence of its light
@@ -56,6 +59,8 @@ class Multipath(Effect):
         ("between", "aimed", "rough"),
         ("sensor",),
         ("retro",),
+        ("mirrored",),
+        ("mirrored", "spreading"),
         ("around", "around_distance"),
         ("outside", "outside_distance", "outside_azimuth", "outside_tilt"),
     )
@@ -105,6 +110,8 @@ class Multipath(Effect):
             vanishes_at=0.0,
             sentence="What the receiver's lens sends back to where it came from, over what falls on a square metre.",
         ),
+        Parameter("mirrored", "1", 0.0, 1.0, 0.01, "Part that returns once more of what comes from 1 m.", 0.0),
+        Parameter("spreading", "1", -1.0, 6.0, 0.0, "Power of range with which that part falls.", tries=(2.0,)),
         Parameter(
             "around",
             unit="1",
@@ -126,29 +133,23 @@ class Multipath(Effect):
             vanishes_at=0.0,
             sentence="What the plane outside the view sends on, over what a mirror in even light would.",
         ),
-        Parameter(
-            "outside_distance",
-            unit="m",
-            low=0.01,
-            high=10.0,
-            start=0.5,
-            sentence="Distance of the plane from the sensor, at the beginning of the session.",
-        ),
+        # Of the plane at the beginning of the session.
+        Parameter("outside_distance", "m", 0.01, 10.0, 0.5, "Distance of the plane from the sensor."),
         Parameter(
             "outside_azimuth",
-            unit="deg",
-            low=-360.0,
-            high=360.0,
-            start=90.0,
-            sentence="Direction of the plane in the image, then: 0 to the right, 90 down.",
+            "deg",
+            -360.0,
+            360.0,
+            90.0,
+            "Direction of the plane in the image: 0 to the right, 90 down.",
         ),
         Parameter(
             "outside_tilt",
-            unit="deg",
-            low=-80.0,
-            high=80.0,
-            start=0.0,
-            sentence="By how much the plane leans: 0 where it is parallel to the optical axis, above it stands ahead.",
+            "deg",
+            -80.0,
+            80.0,
+            0.0,
+            "By how much the plane leans: 0 along the optical axis, above ahead.",
         ),
     )
 
@@ -166,6 +167,10 @@ class Multipath(Effect):
         direct = light.returns[0]
         if values["retro"]:
             again = values["retro"] * direct.strength.astype(float) ** 2
+            more.append(Return(2 * direct.range_m, again.astype(np.float32)))
+        if values["mirrored"]:
+            spread = np.where(direct.range_m > 0, direct.range_m, 1).astype(float) ** -values["spreading"]
+            again = values["mirrored"] * direct.strength * spread
             more.append(Return(2 * direct.range_m, again.astype(np.float32)))
         if values["around"]:
             by_wall = by_walls_around(direct, values["around_distance"])

@@ -72,6 +72,16 @@ def test_a_full_counter_is_no_remainder_that_comes_too_often():
     assert min(check.p_value for check in remainders(seen, mean)) > 1e-3
 
 
+def test_nor_is_one_that_was_full_for_part_of_the_session():
+    """In the first half of the frames there is no ceiling and counts are larger; bits that stick still show."""
+    mean = np.broadcast_to(np.linspace(30, 160, SHAPE[2]), SHAPE)
+    seen = counts(5, mean)
+    seen[12:] = np.minimum(seen[12:], 120.0)
+    assert min(check.p_value for check in remainders(seen, mean)) > 1e-3
+    seen[:, 1] -= seen[:, 1] % 4
+    assert min(check.p_value for check in remainders(seen, mean)) < 1e-6
+
+
 def test_all_of_them_are_quiet_about_a_simulation_that_is_right(drawn, rig):
     assert min(check.p_value for check in checks(drawn(6), rig.expected())) > 1e-3
 

@@ -43,8 +43,9 @@ class Lit:
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """More photons, of five kinds."""
-    photons = photons.and_also(_by_the_lens(world, values, rng)).and_also(_by_walls_around(world, values, rng))
+    """More photons, of six kinds."""
+    for way in (_by_the_lens, _by_a_mirror, _by_walls_around):
+        photons = photons.and_also(way(world, values, rng))
     lit = _lit(world)
     for share, way in (("between", _between), ("sensor", _by_the_sensors_face), ("outside", _by_a_plane_outside)):
         if values[share] > 0 and len(lit.pixel):
@@ -113,6 +114,14 @@ def _by_the_lens(world: World, values: Values, rng: np.random.Generator) -> Phot
     ranges = np.where(world.range_m > 0, world.range_m, np.nan)
     sends = np.nan_to_num(world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges**2)
     zone, pixel = many(world.gain * values["retro"] * world.weights * sends * sends, rng)
+    return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel], rng)
+
+
+def _by_a_mirror(world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Sensor, surface, the sensor's face, the same surface, sensor: a part that falls with a power of range."""
+    ranges = np.where(world.range_m > 0, world.range_m, np.nan)
+    sends = world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges ** (2 + values["spreading"])
+    zone, pixel = many(world.gain * values["mirrored"] * world.weights * np.nan_to_num(sends), rng)
     return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel], rng)
 
 

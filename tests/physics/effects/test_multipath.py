@@ -277,6 +277,17 @@ def test_the_lens_sends_light_back_to_where_it_came_from(small):
     np.testing.assert_allclose(found, closed, rtol=1e-5)
 
 
+@pytest.mark.parametrize("spreading", [0.0, 1.5])
+def test_a_mirror_sends_the_same_light_once_more(small, spreading):
+    """A scene of two returns, the second from twice as far and weaker by a power of range."""
+    direct = small.light.returns[0]
+    second = Return(2 * direct.range_m, 0.07 * direct.strength / direct.range_m**spreading)
+    closed = ForwardModel(replace(small.light, returns=(direct, second)), small.footprints, small.clock).expected(1e3)
+    mirrored = effect.at(mirrored=0.07, spreading=spreading)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [mirrored])
+    np.testing.assert_allclose(found, closed, rtol=1e-5)
+
+
 def test_the_ways_add_up(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     ways = [{"between": 0.7}, {"sensor": 1e-2}, {"outside": 0.3}, {"retro": 1e-2}]
