@@ -92,10 +92,13 @@ def price(simulation: Simulation) -> float:
 def cost(simulation: Simulation, fitted: Fit) -> float:
     """Deviance that a fit's parameters must gain, and its effects where their names are stretched.
 
-    What the data gave zone by zone, which zones are late or share a converter, is a choice for each.
+    What the data gave zone by zone, which zones are late or share a converter, is a choice for each; that an effect
+    sets in with some frame is one of as many as there are frames.
     """
     chosen = sum(np.size(form.start[n]) for form in fitted.forms for n in form.given if np.ndim(form.start[n]))
-    return price(simulation) * len(fitted.x) + CHOICE * chosen + strain(simulation, fitted)
+    onsets = sum("since" in form.given for form in fitted.forms)
+    choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets
+    return price(simulation) * len(fitted.x) + choices + strain(simulation, fitted)
 
 
 def strain(simulation: Simulation, fitted: Fit) -> float:

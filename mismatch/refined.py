@@ -9,6 +9,7 @@ from mismatch.descent import Descent
 from mismatch.fit import Fit, fit, on_others, reached
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
+from mismatch.onset import set_in
 from mismatch.race import race
 from mismatch.simulation import Simulation
 from recordings.refusal import Refusal
@@ -19,7 +20,11 @@ INDIFFERENT = 0.5
 
 
 def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]) -> Fit:
-    """A fit with its last effect in the richest of its forms that earns its price, and fits frames held out as well."""
+    """A fit with its last effect in the richest of its forms that earns its price, and fits frames held out as well.
+
+    One that sets in in the course of the session is enriched from there on.
+    """
+    chosen = set_in(train, test, chosen)
     for _ in range(MOST_TIMES):
         if not what_is_left(train, chosen):
             break

@@ -15,6 +15,9 @@ STAGES = ("scene", "optics", "time", "detector", "estimator")
 
 Values = Mapping[str, Any]
 
+# A parameter of every effect: a mount is knocked, a mode is changed, and from then on it is so.
+SINCE = Parameter("since", "s", 0.0, 1e9, 0.0, "When it sets in, after the session began; 0 where it was always there.")
+
 
 @dataclass(frozen=True)
 class LookAlike:
@@ -70,10 +73,11 @@ class Effect:
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of this name."""
-        for parameter in self.parameters:
+        every = (*self.parameters, SINCE)
+        for parameter in every:
             if parameter.name == name:
                 return parameter
-        known = ", ".join(parameter.name for parameter in self.parameters)
+        known = ", ".join(parameter.name for parameter in every)
         raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
 
     def at(self, **values: Any) -> "Setting":
@@ -89,7 +93,7 @@ class Effect:
         rest = {
             p.name: p.start if p.vanishes_at is None or p.name in present else p.vanishes_at for p in self.parameters
         }
-        return Setting(self, rest | named)
+        return Setting(self, rest | {SINCE.name: SINCE.start} | named)
 
     def vanished(self) -> "Setting":
         """The effect where it is not there."""
@@ -156,7 +160,7 @@ class Effect:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """An effect that is on. values: a number, or (P,) numbers, for each of its parameters, in their units."""
+    """An effect that is on. values: a number, or (P,) numbers, for each of its parameters and `SINCE`, in its units."""
 
     effect: Effect
     values: dict[str, Any] = field(default_factory=dict)
@@ -165,6 +169,11 @@ class Setting:
     def key(self) -> tuple:
         """Equal for two settings that act the same."""
         return (self.effect.id, *((n, np.asarray(v, float).tobytes()) for n, v in sorted(self.values.items())))
+
+    @property
+    def since_s(self) -> float:
+        """Seconds after the session began from which on it is there."""
+        return float(self.values[SINCE.name])
 
     def with_value(self, name: str, value: Any) -> "Setting":
         """The same with one parameter changed; the value is checked."""

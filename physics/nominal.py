@@ -50,8 +50,21 @@ class ForwardModel:
         self._kept = threading.local()
 
     def expected(self, gain: float = 1.0, effects: Iterable[Setting] = ()) -> np.ndarray:
-        """(F, P, T) expected counts; raises `Refusal` where an effect makes counts that cannot be."""
+        """(F, P, T) expected counts; raises `Refusal` where an effect makes counts that cannot be.
+
+        Frames that were taken before an effect set in are as they are without it.
+        """
         settings = in_order(tuple(effects))
+        time_s = np.asarray(self._start.light.time_s)
+        found, first = None, float(time_s.min(initial=np.inf))
+        for onset in sorted({first, *(s.since_s for s in settings if s.since_s > first)}):
+            there = tuple(s.with_value("since", 0.0) if s.since_s else s for s in settings if s.since_s <= onset)
+            made = self._always(gain, there)
+            found = made if found is None else np.where(time_s[:, None, None] >= onset, made, found)
+        return found
+
+    def _always(self, gain: float, settings: tuple[Setting, ...]) -> np.ndarray:
+        """(F, P, T) expected counts with effects that are there in all frames."""
         now, key = replace(self._start, gain=float(gain)), ()
         for noun in NOUNS:
             if noun == "arrivals":

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from physics.effect import Setting
+from physics.effect import SINCE, Setting
 from physics.effects import find_effect
 from physics.json_values import a_list, a_number, a_text, a_whole_number, an_object, numbers, one_or_more
 from physics.pulse import ImpulseResponse
@@ -99,7 +99,7 @@ def _setting_to_json(setting: Setting) -> dict[str, Any]:
         "id": setting.effect.id,
         "parameters": [
             {"name": p.name, "value": np.asarray(setting.values[p.name]).tolist(), "unit": p.unit}
-            for p in setting.effect.parameters
+            for p in (*setting.effect.parameters, *((SINCE,) if setting.since_s else ()))
         ],
     }
 

@@ -27,7 +27,8 @@ from recordings.stream import Stream
 
 def draw_frame(world: World, effects: tuple[Setting, ...], rng: np.random.Generator) -> np.ndarray:
     """(P, T) int64 counts of one frame. Raises `Refusal` where an effect has no act on single photons."""
-    acting = [(find_act(setting.effect.id), setting.values) for setting in in_order(tuple(effects))]
+    there = in_order(tuple(effect for effect in effects if effect.since_s <= world.time_s))
+    acting = [(find_act(setting.effect.id), setting.values) for setting in there]
     for act, values in acting:
         if hasattr(act, "world"):
             world = _met(act, world, values, rng)

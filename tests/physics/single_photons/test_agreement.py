@@ -87,6 +87,7 @@ STRENGTHS = {
         {"share": 0.5, "tau": 6e-10},
         {"share": 0.2, "tau": 2e-9},
         {"lingering": 0.3, "duration": 2e-9},
+        {"share": 0.5, "tau": 6e-10, "since": 0.15},
         {"share": 0.4, "tau": 5e-10, "heavy": 0.6},
         {"share": [0.4, 0, 0.2, 0.3], "tau": 9e-10, "heavy": -0.5},
         {"share": [0.5, 0, 0.1, 0.3], "tau": 4e-10},
