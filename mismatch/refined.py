@@ -11,6 +11,7 @@ from mismatch.form import Form
 from mismatch.leftover import what_is_left
 from mismatch.onset import set_in
 from mismatch.race import race
+from mismatch.ranking import MOST_STRENGTHS
 from mismatch.simulation import Simulation
 from recordings.refusal import Refusal
 
@@ -110,6 +111,10 @@ def richer(form: Form, forms: list[Form]) -> Iterator[Form]:
 
 
 def _adds(other: Form, form: Form) -> bool:
-    """Whether a form of the same strengths, or more, leaves something free that another does not."""
-    strengths = set(other.strengths) >= set(form.strengths) and set(other.own) >= set(form.own)
+    """Whether a form of the same strengths, or more, leaves something free that another does not.
+
+    One of so many strengths that it is tried in no other way begins here whatever it has in common.
+    """
+    many = len(other.strengths) > MOST_STRENGTHS and other.free not in form.effect.richer
+    strengths = (set(other.strengths) >= set(form.strengths) or many) and set(other.own) >= set(form.own)
     return strengths and bool(set(other.free) - set(form.free))

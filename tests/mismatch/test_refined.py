@@ -76,6 +76,18 @@ def test_a_form_that_leaves_other_parameters_free_is_tried_in_its_place(drawn):
     assert found.settings[0].values["taller"] == 0
 
 
+def test_a_form_of_many_strengths_is_tried_where_another_leaves_something(drawn):
+    """A pattern of eight bins that was taken for a wave; patterns are too many numbers to begin a search with."""
+    bins = {f.free: f for f in FORMS if f.effect.id == "bin_nonlinearity"}
+    wave, pattern = bins["wave_sin", "wave_cos", "period", "moved"], next(f for f in bins.values() if "tap_1" in f.free)
+    assert pattern.free in {other.free for other in richer(wave, FORMS)}
+    assert wave.free not in {other.free for other in richer(pattern, FORMS)}
+    taps = dict(zip(pattern.strengths, [0.2, -0.1, -0.15, 0.1, 0.05, -0.2, 0.15], strict=True))
+    simulation = drawn(3, "bin_nonlinearity", **taps)
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    assert refined(train, test, chosen(train, wave), FORMS).forms[0].free == pattern.free
+
+
 def test_an_earlier_effect_gives_up_what_another_came_to_say(drawn):
     """A drift whose zero lies within the session, and an offset beside it: one of the two says it."""
     simulation = drawn(6, "time_zero_offset", delay=6e-11)

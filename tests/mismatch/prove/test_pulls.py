@@ -25,3 +25,15 @@ def test_of_factors_only_ratios_count():
     (there,) = pulls(find_effect("zone_gain"), {"factor": [1.0, 2.0]}, found).values()
     truth = np.array([1.0, 2.0]) * 3.1 / 1.5
     np.testing.assert_allclose(there, (np.array([2.0, 4.2]) - truth) / 0.1)
+
+
+def test_another_form_of_the_effect_has_no_errors_to_be_judged():
+    tail, lingers = find_effect("impulse_tail"), {"lingering": 0.1, "duration": 1e-9}
+    truth = {**tail.vanished().values, **lingers}
+    estimates = [Estimate("share", 0.12, 0.01, "1"), Estimate("tau", 3e-10, 1e-11, "s")]
+    assert pulls(tail, truth, estimates) == {}
+    heavy = tail.at(share=0.1, tau=2e-10, heavy=0.6).values
+    assert pulls(tail, heavy, estimates) == {}  # How it falls is not in the answer.
+    assert pulls(tail, tail.at(share=0.1, tau=2e-10).values, estimates).keys() == {"share", "tau"}
+    more = [*estimates, Estimate("heavy", 0.2, 0.1, "1")]  # What nobody concealed may be estimated, if it does no harm.
+    assert pulls(tail, tail.at(share=0.1, tau=2e-10).values, more)["heavy"] == pytest.approx([2.0])
