@@ -1,11 +1,13 @@
 """Names of what was found: gains on held-out frames, parameters, rivals and where they act."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import poisson
 
 from mismatch.candidates import price
-from mismatch.fit import fit, fit_nominal
+from mismatch.fit import fit, fit_nominal, on_others
 from mismatch.form import forms_of
 from mismatch.gained import gained
 from mismatch.located import locate_effects
@@ -141,6 +143,22 @@ def test_what_frames_held_out_do_not_miss_does_not_stand(parts, pedestal):
     both = fit(train, (*pedestal.forms, tail), np.concatenate([pedestal.x, tail.at_start()]), most_steps=0)
     assert [form.effect.id for form in standing(train, test, both).forms] == ["ambient_pedestal"]
     assert standing(train, test, pedestal) is pedestal
+
+
+def test_what_few_of_the_frames_held_out_show_stands(rig, simulated, pedestal):
+    """Pulses that have tails from the 14th frame on, of which one is held out."""
+    there = find_effect("ambient_pedestal").at(level=2.0), find_effect("impulse_tail").at(share=0.06, since=13.5 / 15)
+    simulation = simulated(np.random.default_rng(5).poisson(rig.expected(*there)))
+    held = np.array([0, 1, 2, 4, 6, 8, 10, 12, 16])
+    train, test = simulation.of(np.setdiff1d(np.arange(24), held)), simulation.of(held)
+    tail = replace(forms("impulse_tail")[0], given=("since",))
+    tail = replace(tail, start=tail.start | {"since": 13.5 / 15})
+    x = np.concatenate([pedestal.x, tail.at_start()])
+    both = fit(train, (*pedestal.forms, tail), x)
+    less = without(train, both, tail)
+    assert less.deviance - both.deviance > 150
+    assert 5 < on_others(test, less)[1] - on_others(test, both)[1] < 35
+    assert standing(train, test, both) is both
 
 
 def test_many_parameters_are_not_expected_to_gain_the_noise_they_fitted(drawn):
