@@ -145,7 +145,8 @@ def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
             start = rest | dict(zip(names, values, strict=True))
             if set(divided) - set(always):
                 yield Form(effect, names, always, start, many)
-            yield Form(effect, names, divided, start, many)
+            if not set(divided) - set(always) or names not in effect.common:
+                yield Form(effect, names, divided, start, many)
 
 
 def all_forms(sizes: dict[str, int], without: tuple[str, ...] = ()) -> list[Form]:

@@ -101,7 +101,7 @@ def richer(form: Form, forms: list[Form]) -> Iterator[Form]:
     """The form with a value for each zone instead of one for all, and forms that leave more, or other, free."""
     by_zone = tuple(name for name in form.free if form.effect.parameter(name).axis == "zone")
     for own in (tuple(name for name in by_zone if name in form.strengths), by_zone):
-        if set(own) > set(form.own):
+        if set(own) > set(form.own) and form.free not in form.effect.common:
             yield form.with_own(own)
     same = (other for other in forms if other.effect.id == form.effect.id)
     # Also those that leave something else free instead: this one may have been chosen for want of that.

@@ -65,7 +65,7 @@ class Simulation:
 
     def expected(self, gain: float, effects: tuple[Setting, ...] = ()) -> np.ndarray:
         """(F, P, T) expected counts with these effects and those that are given; to read only."""
-        self.work.add(self.light.range_m.size + self.counts.size)
+        self.work.add(self.light.range_m.size + self.counts.size, self._read_anew(effects))
         key = (gain, *(setting.key for setting in effects))
         recent: dict[tuple, np.ndarray] = self._recent.__dict__
         found = recent.pop(key) if key in recent else self._expected(gain, effects)
@@ -74,6 +74,12 @@ class Simulation:
             del recent[next(iter(recent))]
         recent[key] = found
         return found
+
+    def _read_anew(self, effects: tuple[Setting, ...]) -> int:
+        """Pixels of maps that are read for each zone in each frame, where effects move those of zones and frames."""
+        moves = [setting.effect.moves_maps(setting.values) for setting in effects]
+        both = any(zones for zones, _ in moves) and any(frames for _, frames in moves)
+        return self.light.range_m.size * self.counts.shape[1] if both else 0
 
     @cached_property
     def remembered(self) -> Remembered:

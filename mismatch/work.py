@@ -9,6 +9,8 @@ MOST_RENDERINGS = 6000
 # Pixels and cells of what counts as one rendering, half of 96 frames of 106 × 60 pixels and 9 × 128 bins; more count as
 # one, fewer as a part of it, of which so much goes into what has to be done in any case.
 WHOLE, LEAST = 360_000, 0.3
+# To read a pixel of maps where they have moved takes as long as so many of these.
+READING = 10
 
 
 @dataclass
@@ -18,10 +20,10 @@ class Work:
     renderings: float = 0.0
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def add(self, numbers: int) -> None:
-        """One rendering more, of so many pixels and cells."""
+    def add(self, numbers: int, read: int = 0) -> None:
+        """One rendering more, of so many pixels and cells, for which so many pixels of maps are read zone by zone."""
         with self._lock:
-            self.renderings += min(max(numbers / WHOLE, LEAST), 1.0)
+            self.renderings += min(max(numbers / WHOLE, LEAST), 1.0) + READING * read / WHOLE
 
     @property
     def enough(self) -> bool:

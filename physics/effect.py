@@ -48,6 +48,7 @@ class Effect:
     sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
     forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
     richer: those of the forms that are tried only where another of the effect's was chosen and leaves something.
+    common: those in which zones have no values of their own in a fit, as to render them takes too long.
     exact: whether anybody would write it in the same way, so that hardly anything is left of it once it is fitted.
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
@@ -64,6 +65,7 @@ class Effect:
     order: ClassVar[int] = 0
     forms: ClassVar[tuple[tuple[str, ...], ...]] = ()
     richer: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    common: ClassVar[tuple[tuple[str, ...], ...]] = ()
     exact: ClassVar[bool] = False
 
     @property
@@ -118,6 +120,10 @@ class Effect:
     def in_scene(self, values: Values) -> bool:
         """Whether, at these values, it changes what the scene sends back or where zones look."""
         return bool({"light", "footprints"} & set(self.changes))
+
+    def moves_maps(self, values: Values) -> tuple[bool, bool]:
+        """Whether, at these values, it moves maps by another amount from zone to zone, and from frame to frame."""
+        return False, False
 
     def looks(self, values: Values) -> bool:
         """Whether, at these values, it looks at what was recorded to see where things are in each frame."""

@@ -29,7 +29,7 @@ class FootprintShift(Effect):
     )
     # Zone by zone either is tried alone: together they would be tried along the diagonal.
     forms = (("x", "y"), ("x",), ("y",), ("x", "y", "slip_x", "slip_y"))
-    richer = forms[3:]
+    richer = common = forms[3:]
     parameters = tuple(
         # A choice: about half the side of the patch that a scan moves, which is what a careless mount gives.
         Parameter(
@@ -47,6 +47,10 @@ class FootprintShift(Effect):
         Parameter(f"slip_{axis}", "px/s", -100.0, 100.0, 1.0, "By how much that grows in a second.", vanishes_at=0.0)
         for axis in "xy"
     )
+
+    def moves_maps(self, values: Values) -> tuple[bool, bool]:
+        """Those of single zones, and in each frame where it slips."""
+        return bool(np.ndim(values["x"]) or np.ndim(values["y"])), bool(values["slip_x"] or values["slip_y"])
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """All footprints, moved."""

@@ -72,6 +72,10 @@ class Parallax(Effect):
         strength = np.where(known, direct.strength / nearer**2, direct.strength).astype(np.float32)
         return replace(light, returns=(replace(direct, range_m=moved, strength=strength), *others))
 
+    def moves_maps(self, values: Values) -> tuple[bool, bool]:
+        """As things are nearer or farther in each frame."""
+        return False, True
+
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Footprints, moved in every frame and pixel by what its depth says."""
         light, where = rendering.light, rendering.footprints

@@ -64,6 +64,16 @@ def test_richer_forms_hold_all_that_the_form_has(name):
         assert any(other.own == ("counts", "apparent_range") for other in found)
 
 
+def test_zones_have_nothing_of_their_own_where_that_takes_too_long():
+    """A mount that slips: maps of each zone would be read at another place in each frame."""
+    slips = [form for form in FORMS if form.effect.id == "footprint_shift" and "slip_x" in form.free]
+    assert slips
+    assert not any(form.own for form in slips)
+    assert not any(other.own for other in richer(slips[0], FORMS))
+    apart = next(form for form in FORMS if form.free == ("x", "y") and form.own)
+    assert not any("slip_x" in other.free for other in richer(apart, FORMS))
+
+
 def test_a_form_that_leaves_other_parameters_free_is_tried_in_its_place(drawn):
     """A blur that was taken for longer one way, and is sharper and not brought back to its sum."""
     blur = {f.free: f for f in FORMS if f.effect.id == "footprint_blur"}

@@ -1,20 +1,36 @@
-"""What was asked of a simulation is counted once, whoever asks."""
+"""Work is counted by size, and maps that are read zone by zone in each frame cost what that takes."""
+
+from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from mismatch.work import MOST_RENDERINGS, Work
-
-
-def test_a_recording_and_its_parts_are_counted_together_from_whatever_thread(drawn):
-    simulation = drawn(1)
-    part = simulation.of(np.array([0, 2, 3]))
-    part.each(lambda gain: part.expected(gain), np.linspace(50.0, 90.0, 40))
-    simulation.expected(70.0)
-    # What is kept counts as well: which thread keeps what is chance.
-    simulation.expected(70.0)
-    assert simulation.work.renderings == part.work.renderings == 42
+from mismatch.work import LEAST, MOST_RENDERINGS, READING, WHOLE, Work
+from physics.effects import find_effect
 
 
-def test_enough_is_more_than_stated():
-    assert not Work(MOST_RENDERINGS).enough
-    assert Work(MOST_RENDERINGS + 1).enough
+@pytest.mark.parametrize(("numbers", "part"), [(1, LEAST), (WHOLE // 2, 0.5), (WHOLE, 1.0), (5 * WHOLE, 1.0)])
+def test_a_rendering_counts_by_its_size(numbers, part):
+    work = Work()
+    for _ in range(10):
+        work.add(numbers)
+    assert work.renderings == pytest.approx(10 * part)
+    assert not work.enough
+    work.add(numbers, read=MOST_RENDERINGS * WHOLE // READING)
+    assert work.enough
+
+
+def test_maps_that_zones_and_frames_move_cost_what_is_read(drawn):
+    simulation = drawn(3)
+
+    def cost(*effects):
+        asked = replace(simulation, work=Work())
+        asked.expected(100.0, effects)
+        return asked.work.renderings
+
+    shift, parallax = find_effect("footprint_shift"), find_effect("parallax").at(x=0.01)
+    apart = shift.at(x=np.array([1.0, 2.0, 0.0, 3.0]))
+    read = READING * simulation.light.range_m.size * 4 / WHOLE
+    assert cost() == cost(apart) == cost(parallax) == cost(shift.at(x=3.0, slip_x=2.0)) == LEAST
+    assert cost(apart, parallax) == pytest.approx(LEAST + read)
+    assert cost(shift.at(x=np.array([1.0, 2.0, 0.0, 3.0]), slip_x=2.0)) == pytest.approx(LEAST + read)
