@@ -143,14 +143,10 @@ class Interference(Effect):
         One that keeps where the sensor's own light is bright shows less than one that may be anywhere.
         """
         clock = _longer(rendering.clock, values["longer"])
-        shares = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s)
-        frames = len(rendering.expected)
-        if rendering.recorded is None:
-            places = rng.integers(len(shares), size=frames)
-        else:
-            often = self._placed(values, rendering).chances.sum(axis=0)
-            places = rng.choice(len(shares), size=frames, p=often / often.sum())
-        there = shares[places] * (rng.random(frames) < values["present"])[:, None]
+        shares, recorded = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s), rendering.recorded
+        often = np.ones(len(shares)) if recorded is None else self._placed(values, rendering).chances.sum(axis=0)
+        places = rng.choice(len(shares), size=len(rendering.expected), p=often / often.sum())
+        there = shares[places] * (rng.random(len(places)) < values["present"])[:, None]
         return rendering.expected + np.atleast_1d(values["roaming"])[:, None] * there[:, None]
 
     def _placed(self, values: Values, rendering: Rendering) -> Roaming:

@@ -132,7 +132,7 @@ def test_effects_come_from_other_packages(monkeypatch):
     monkeypatch.setattr(effects, "entry_points", lambda group: [Entry] if group == "difflidar.effects" else [])
     effects.all_effects.cache_clear()
     try:
-        assert effects.find_effect("brighter").at(more=2).values == {"more": 2.0}
+        assert effects.find_effect("brighter").at(more=2).values == {"more": 2.0, "since": 0.0}
         monkeypatch.setattr(Entry, "name", "pile_up")
         effects.all_effects.cache_clear()
         with pytest.raises(Refusal, match="pile_up of elsewhere:effect has the id 'brighter'"):
