@@ -16,6 +16,8 @@ RECURRING, FEW = 3, 20
 EVEN = 14.0
 # Mean counts, in every frame, from which a cell's rhythm over many frames is that of normal numbers.
 BRIGHT = 3.0
+# How much more than photons counts scatter is a guess where they do: only those trusted so far say by how much.
+SURE = 0.95
 # Mean counts from which a bin takes part in telling when a histogram was registered.
 LIT = 1.0
 
@@ -34,7 +36,8 @@ class Check:
 
 def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
     """All of them, for expected counts (F, P, T)."""
-    counts, mean = simulation.counts, np.maximum(expected, LEAST)
+    counts, mean, trust = simulation.counts, np.maximum(expected, LEAST), simulation.trust
+    sure = np.ones(mean.shape, bool) if trust is None else trust > SURE
     alive = np.ones(mean.shape[1], bool) if simulation.dead is None else ~simulation.dead
     excess, mean_alive = (counts - mean)[:, alive], mean[:, alive]
     summed = [(a.sum(axis=1), a.sum(axis=2), a.reshape(len(a), -1)) for a in (excess, mean_alive)]
@@ -43,8 +46,8 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
     return [
         wave(excess / np.sqrt(mean_alive)),
         *rhythms,
-        dispersion(counts, expected),
-        *remainders(counts, mean),
+        dispersion(counts[sure], expected[sure]),
+        *remainders(np.rint(simulation.recorded), mean if trust is None else mean / trust),
         single,
         late(excess, mean_alive),
     ]

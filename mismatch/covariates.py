@@ -28,7 +28,7 @@ class Covariates:
 
 def covariates(simulation: Simulation, expected: np.ndarray) -> Covariates:
     """Of the frames of a simulation whose expected counts are `expected`."""
-    signal = np.maximum(expected - simulation.background[:, None], 0)
+    signal = np.maximum(expected - simulation.dark, 0)
     total = signal.sum(axis=2)
     bins = np.arange(signal.shape[2]) + 0.5
     arrival = (signal @ bins) / np.maximum(total, TINY)

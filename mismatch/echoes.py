@@ -18,7 +18,7 @@ TINY = 1e-12
 
 def echoes(simulation: Simulation, expected: np.ndarray, mean: np.ndarray) -> list[Check]:
     """By frame, by zone, and from zone to zone. expected, mean: (F, P, T) without and with the frames' own gains."""
-    signal = np.maximum(expected - simulation.background[:, None], 0)
+    signal = np.maximum(expected - simulation.dark, 0)
     score = simulation.counts / mean - 1
     weight = 1 / mean
     frames, zones, bins = signal.shape

@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from mismatch.beginnings import likeliest_selection, unjudged
-from mismatch.blocks import halves
 from mismatch.candidates import MINOR, MINOR_PART
 from mismatch.doubts import doubts
 from mismatch.economy import economical
@@ -16,13 +14,15 @@ from mismatch.form import all_forms
 from mismatch.leftover import what_is_left
 from mismatch.located import locate_effects
 from mismatch.looks import blur
-from mismatch.naming import contested, name_effects, next_measurement
+from mismatch.naming import name_effects, next_measurement
 from mismatch.noise import frame_gain_sigma
 from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
 from mismatch.refined import divided
+from mismatch.search import search
 from mismatch.selection import MOST_EFFECTS, Round
 from mismatch.simulation import Simulation
+from mismatch.unseen import marginal_deviance
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
 from mismatch.work import MOST_RENDERINGS, Work
@@ -32,7 +32,6 @@ from mismatch.work import MOST_RENDERINGS, Work
 NEGLIGIBLE, A_QUARTER = 0.03, 0.25
 # Nor is more deviance than this negligible on frames held out, whatever was explained.
 LARGE = 500.0
-ONE_BY_ONE = "what is amiss shows in few frames; single frames were held out, not blocks of them"
 # How many times what another formula gains may be left where that is said to take it up.
 TAKEN_UP = 2.0
 
@@ -66,17 +65,12 @@ def explain(simulation: Simulation, notes: tuple[str, ...] = ()) -> Explanation:
 def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Explanation:
     """See `explain`."""
     frames, zones, bins = simulation.counts.shape
-    chosen, held = halves(frames)
     simulation = replace(economical(simulation), work=Work())
-    train, test = simulation.of(chosen), simulation.of(held)
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
-    rounds = likeliest_selection(train, test, forms)
-    if unjudged(rounds[-1]):
-        chosen, held = halves(frames, frames)
-        train, test = simulation.of(chosen), simulation.of(held)
-        rounds, notes = likeliest_selection(train, test, forms), (*notes, ONE_BY_ONE)
-    judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
-    notes = (*notes, *_cut_short(simulation))  # Here, as what follows renders more and searches no more.
+    found = search(simulation, forms)
+    train, test, rounds, judged, contests = found.train, found.test, found.rounds, found.judged, found.contests
+    every, simulation = simulation, found.simulation
+    notes = (*notes, *found.notes, *_cut_short(simulation))  # Here, as what follows renders more and searches no more.
     # All frames tell better than those that chose how much the gain fluctuates; what is left is judged by that.
     sigma = frame_gain_sigma(simulation, expected_at(simulation, judged.forms, judged.x))
     nominal = fit_nominal(simulation, sigma)
@@ -94,8 +88,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     effects = name_effects(train, test, judged, contests, explained, tried)
     first = fit_nominal(train, judged.frame_gain_sigma)
     uncertain = blur(simulation, explained.gain, explained.settings)
-    remains = max(sum(place.gain for place in left) - uncertain, 0.0) * len(held) / frames
-    won = on_others(test, first)[1] - on_others(test, judged)[1]
+    remains = max(sum(place.gain for place in left) - uncertain, 0.0) * len(test.frames) / frames
+    won = marginal_deviance(test, first) - marginal_deviance(test, judged)
     missing = remains + len(judged.x) - 1
     kind = "explained" if judged.forms else "agrees"
     # What another formula of the same cause would take up.
@@ -119,12 +113,14 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
         heldout=(heldout := _deviances(test, first, judged, missing)),
         gap_closed=_closed(heldout) if judged.forms else None,
         unexplained=(*left, *doubted),
-        not_visible=not_visible(rounds[-1].scores, len(chosen) / frames),
+        not_visible=not_visible(rounds[-1].scores, len(train.frames) / frames),
         next_measurement=next_measurement(train, contests),
         seconds=time.monotonic() - began,
         notes=notes,
     )
-    return Explanation(verdict, simulation, chosen, held, nominal, explained, judged, tuple(rounds))
+    if simulation is not every:
+        nominal, explained = (fit(every, one.forms, one.x, sigma, most_steps=0) for one in (nominal, explained))
+    return Explanation(verdict, every, train.frames, test.frames, nominal, explained, judged, tuple(rounds))
 
 
 def _cut_short(simulation: Simulation) -> tuple[str, ...]:
@@ -135,10 +131,12 @@ def _cut_short(simulation: Simulation) -> tuple[str, ...]:
 
 
 def _deviances(part: Simulation, first: Fit, judged: Fit, missing: float) -> Deviance:
-    """Per cell, of some frames. The floor: as explained, less what parameters' errors cost and what is left.
+    """Per cell, of some frames, all counts trusted.
 
-    It is no lower than photon noise alone would make it on average, where a misfit is large.
+    The floor: as explained, less what parameters' errors cost and what is left. It is no lower than photon noise alone
+    would make it on average, where a misfit is large.
     """
+    part = part.trusting(None)
     nominal, (expected, explained) = on_others(part, first)[1], on_others(part, judged)
     noise = float(expected_deviance(expected)[0].sum())
     floor = max(explained - missing, min(noise, explained))

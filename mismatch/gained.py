@@ -63,7 +63,7 @@ def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> float:
     each = []
     for _ in range(DRAWS):
         mean = looking.effect.at_random(looking.values, without, rng)
-        drawn = replace(test, counts=rng.poisson(mean).astype(float))
+        drawn = replace(test.trusting(None), counts=rng.poisson(mean).astype(float)).trusting(test.trust)
         each.append(on_others(drawn, less)[1] - on_others(drawn, more)[1])
     return float(np.mean(each))
 

@@ -6,7 +6,8 @@ from mismatch.coordinate import slope_of
 from mismatch.form import Form, settings_at
 from mismatch.noise import FrameGains
 from mismatch.simulation import Simulation
-from physics.effect import Look, Setting
+from physics.effect import Setting
+from physics.owning import Look
 
 
 def flattery(simulation: Simulation, gain: float, settings: tuple[Setting, ...]) -> float:
@@ -15,10 +16,8 @@ def flattery(simulation: Simulation, gain: float, settings: tuple[Setting, ...])
 
 
 def blur(simulation: Simulation, gain: float, settings: tuple[Setting, ...]) -> float:
-    """Deviance that is left because where things are stays uncertain, or nobody saw it."""
-    rendering = simulation.rendering(gain)
-    unseen = sum(setting.effect.unseen(setting.values, rendering) for setting in settings)
-    return unseen + sum(look.blur for look in looks_of(simulation, gain, settings))
+    """Deviance that is left because where things are stays uncertain."""
+    return sum(look.blur for look in looks_of(simulation, gain, settings))
 
 
 def looks_of(simulation: Simulation, gain: float, settings: tuple[Setting, ...]) -> list[Look]:

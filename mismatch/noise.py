@@ -24,7 +24,7 @@ class FrameGains:
     def _pieces(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signal (F, P, T), and by frame (F,) the score of u and its information, prior included."""
         mean = np.maximum(expected, LEAST)
-        signal = np.maximum(expected - self.simulation.background[:, None], 0)
+        signal = np.maximum(expected - self.simulation.dark, 0)
         score = (signal * (self.simulation.counts / mean - 1)).sum(axis=(1, 2))
         return signal, score, (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
 
@@ -39,9 +39,7 @@ class FrameGains:
         """(F, P, T) expected counts with the frames' own gains at their best."""
         if not self.sigma:
             return expected
-        return expected + self.best(expected)[:, None, None] * np.maximum(
-            expected - self.simulation.background[:, None], 0
-        )
+        return expected + self.best(expected)[:, None, None] * np.maximum(expected - self.simulation.dark, 0)
 
     def deviance(self, expected: np.ndarray) -> float:
         """Deviance with the frames' own gains, and u²/σ² for each."""
@@ -59,7 +57,7 @@ class FrameGains:
         if not self.sigma:
             return found
         mean = np.maximum(self.applied(expected), LEAST)
-        signal = np.maximum(expected - self.simulation.background[:, None], 0)
+        signal = np.maximum(expected - self.simulation.dark, 0)
         information = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
         parts = [(signal * change / mean).sum(axis=(1, 2)) for change in (one, other)]
         return found - float((parts[0] * parts[1] / information).sum())
@@ -91,7 +89,7 @@ def frame_gain_sigma(simulation: Simulation, expected: np.ndarray) -> float:
     if len(expected) < 4:
         return 0.0
     mean = np.maximum(expected, LEAST)
-    signal = np.maximum(expected - simulation.background[:, None], 0)
+    signal = np.maximum(expected - simulation.dark, 0)
     information = (signal**2 / mean).sum(axis=(1, 2))
     if not (information > 0).all():
         return 0.0

@@ -24,7 +24,7 @@ class Projection:
         self.root = 1 / np.sqrt(np.maximum(gains.applied(fitted.expected), LEAST)).ravel()
         self.signal = None
         if gains.sigma:
-            signal = np.maximum(fitted.expected - simulation.background[:, None], 0)
+            signal = np.maximum(fitted.expected - simulation.dark, 0)
             white = signal * self.root.reshape(self.shape)
             self.signal = white, np.sqrt((white**2).sum(axis=(1, 2)) + 1 / gains.sigma**2)
         own = self.frames_out(fitted.columns * self.root[:, None])

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from mismatch.candidates import Candidate, cost, strain
-from mismatch.fit import Fit, fit, on_others
+from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.refined import enriched
 from mismatch.score import start_of
 from mismatch.selection import Round, coordinates
 from mismatch.simulation import Simulation
+from mismatch.unseen import marginal_deviance
 from recordings.refusal import Refusal
 
 # Rivals that are worse by more deviance than this, and by more than this part of what the best gains, are not worth a
@@ -36,7 +37,7 @@ class Rival:
 
 def evidence(train: Simulation, test: Simulation, fitted: Fit) -> float:
     """Twice the log-probability of both halves of the frames, up to a constant."""
-    return -(fitted.deviance + cost(train, fitted) + on_others(test, fitted)[1])
+    return -(sum(marginal_deviance(part, fitted) for part in (train, test)) + cost(train, fitted))
 
 
 def rivals(

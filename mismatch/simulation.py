@@ -30,10 +30,12 @@ NUMBERS = 1 << 24
 class Simulation:
     """F frames that were recorded, and the model of them.
 
-    counts: (F, P, T). light, footprints, clock, background: as `ForwardModel` takes them. given: effects that are known
-    to be there. frames: (F,) which of the whole recording's frames these are. whole: the recording they are of, None
-    where they are all. dead: (P,) zones that count nothing and are not judged, None where all are alive. work: what was
-    asked of it and of its parts, together.
+    counts: (F, P, T), each as far as it is trusted. light, footprints, clock, background: as `ForwardModel` takes them.
+    given: effects that are known to be there. frames: (F,) which of the whole recording's frames these are. whole: the
+    recording they are of, None where they are all. dead: (P,) zones that count nothing and are not judged, None where
+    all are alive. trust: (F, P, T) above 0 to 1, None where all counts are trusted: one that scatters φ times as much
+    as photons do, and what is expected of it, are taken 1/φ times, so that both are as if they were photons'
+    (Wedderburn 1974, Biometrika 61, 439). work: what was asked of it and of its parts, together.
     """
 
     counts: np.ndarray
@@ -45,12 +47,30 @@ class Simulation:
     given: tuple[Setting, ...] = ()
     whole: "Simulation | None" = None
     dead: np.ndarray | None = None
+    trust: np.ndarray | None = None
     work: Work = field(default_factory=Work)
 
     @cached_property
     def model(self) -> ForwardModel:
         """The forward model of these frames."""
-        return ForwardModel(self.light, self.footprints, self.clock, self.background, self.counts)
+        return ForwardModel(self.light, self.footprints, self.clock, self.background, self.recorded)
+
+    @property
+    def recorded(self) -> np.ndarray:
+        """(F, P, T) counts as they were recorded."""
+        return self.counts if self.trust is None else self.counts / self.trust
+
+    @property
+    def dark(self) -> np.ndarray:
+        """What of expected counts no laser sent, (P, 1) or (F, P, T)."""
+        return self.background[:, None] * (1.0 if self.trust is None else self.trust)
+
+    def trusting(self, trust: np.ndarray | None) -> "Simulation":
+        """The same with its counts trusted as far as (F, P, T) `trust` says, whatever it was before."""
+        if trust is None and self.trust is None:
+            return self
+        counts = self.recorded if trust is None else self.recorded * trust
+        return replace(self, counts=counts, trust=trust)
 
     def each(self, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
         """What `work` on this simulation gives for each item: at once where little enough is kept for each thread."""
@@ -64,7 +84,12 @@ class Simulation:
         return threading.local()
 
     def expected(self, gain: float, effects: tuple[Setting, ...] = ()) -> np.ndarray:
-        """(F, P, T) expected counts with these effects and those that are given; to read only."""
+        """(F, P, T) expected counts with these effects and those that are given, as far as trusted; to read only."""
+        found = self._before_trust(gain, effects)
+        return found if self.trust is None else found * self.trust
+
+    def _before_trust(self, gain: float, effects: tuple[Setting, ...]) -> np.ndarray:
+        """(F, P, T) expected counts, to read only."""
         self.work.add(self.light.range_m.size + self.counts.size, self._read_anew(effects))
         key = (gain, *(setting.key for setting in effects))
         recent: dict[tuple, np.ndarray] = self._recent.__dict__
@@ -91,7 +116,7 @@ class Simulation:
         own = {setting.effect.id for setting in effects}
         together = (*(setting for setting in self.given if setting.effect.id not in own), *effects)
         if self.whole is not None and any(s.effect.mixes(s.values) for s in together):
-            return self.whole.expected(gain, effects)[self.frames]
+            return self.whole._before_trust(gain, effects)[self.frames]
         expected = self.model.expected(gain, together)
         if self.dead is not None and self.dead.any():
             expected = np.where(self.dead[:, None], 0.0, expected)
@@ -99,8 +124,8 @@ class Simulation:
 
     def without(self, gain: float, effects: tuple[Setting, ...], setting: Setting) -> Rendering:
         """What an effect that looks at the recording is shown: counts expected without it, and those recorded."""
-        expected = self.expected(gain, tuple(other for other in effects if other is not setting))
-        return replace(self.rendering(gain), expected=expected, recorded=self.counts)
+        expected = self._before_trust(gain, tuple(other for other in effects if other is not setting))
+        return replace(self.rendering(gain), expected=expected, recorded=self.recorded)
 
     def rendering(self, gain: float, effects: tuple[Setting, ...] = ()) -> Rendering:
         """Scene and sensor as effects are given them, the background as it is with those that are there."""
@@ -119,6 +144,7 @@ class Simulation:
         return replace(
             self,
             counts=self.counts[chosen],
+            trust=None if self.trust is None else self.trust[chosen],
             light=self.light.of(chosen),
             clock=clock,
             footprints=where,

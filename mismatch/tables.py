@@ -71,7 +71,7 @@ def divisions(simulation: Simulation, expected: np.ndarray) -> list[Division]:
     aligned = np.clip(bin_ - np.floor(found.arrival_bins)[..., None].astype(int), -BEFORE, AFTER) + BEFORE
     part = np.digitize(aligned - BEFORE, [-BEFORE + 1, -1, 1, 4, AFTER])
     # Which flank of which pulse a cell lies on, by how fast its signal rises: for scenes of several surfaces.
-    signal = np.maximum(expected - simulation.background[:, None], 0)
+    signal = np.maximum(expected - simulation.dark, 0)
     rise = np.gradient(signal, axis=2) / np.maximum(signal, TINY)
     flank = np.where(signal > 0.1 * expected, np.digitize(rise, FLANKS) + 1, 0)
     coarse_time = frame * min(QUANTILES, frames) // frames

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from physics.owning import Look, Unseen
 from physics.parameter import Parameter
 from physics.rendering import NOUNS, Rendering
 from recordings.refusal import Refusal
@@ -25,20 +26,6 @@ class LookAlike:
 
     id: str
     separated_by: str
-
-
-@dataclass(frozen=True, eq=False)
-class Look:
-    """What an effect that looks at a recording, to see where things are in each frame, has to own up to.
-
-    flattery: deviance by which its counts fit the frames better than the evidence of the frames allows. slopes: for
-    each parameter that says what is looked for, (F,) or, of each zone, (F, P) derivatives of the log-likelihood.
-    blur: deviance that is left because where things are stays uncertain.
-    """
-
-    flattery: float
-    blur: float
-    slopes: dict[str, np.ndarray]
 
 
 class Effect:
@@ -129,13 +116,17 @@ class Effect:
         """Whether, at these values, it looks at what was recorded to see where things are in each frame."""
         return False
 
-    def look(self, values: Values, rendering: Rendering) -> "Look":
+    def look(self, values: Values, rendering: Rendering) -> Look:
         """What it saw there. rendering: with `expected` counts as they are without it, and those that were recorded."""
         raise NotImplementedError  # Only an effect that `looks` is asked, and it has its own.
 
-    def unseen(self, values: Values, rendering: Rendering) -> float:
-        """Deviance that is left, at these values, because nobody saw what the model would have to know."""
-        return 0.0
+    def owns_up(self, values: Values) -> bool:
+        """Whether, at these values, counts are uncertain as nobody saw what the model would have to know."""
+        return False
+
+    def unseen(self, values: Values, rendering: Rendering) -> Unseen:
+        """By how much they are."""
+        raise NotImplementedError  # Only an effect that `owns_up` is asked, and it has its own.
 
     def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
         """(F, P, T) expected counts with things somewhere, by chance, in each frame.

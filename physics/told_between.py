@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from physics.arrivals import arrivals
 from physics.carried import carried
@@ -10,19 +11,23 @@ from physics.light import Light, Return
 from physics.light_between import JUMP, from_neighbours, neighbours
 from physics.rendering import Rendering
 
+# What nobody saw is told bin by bin by what was seen of so many around it.
+BINS = 3
+
 
 @dataclass(frozen=True, eq=False)
 class Told:
-    """What frames tell that are guessed from those before and after them, in deviance.
+    """What frames tell that are guessed from those before and after them, in counts squared.
 
-    surfaces, edges: (F, P) by which guesses are off, where the range guessed is about that seen, and where an edge has
-    passed. steps: (F - 1, P) by which the next frame differs. carried: whether frames are guessed by carrying surfaces
-    along with the camera.
+    surfaces, edges: (F, P, T) by which guesses are off, where the range guessed is about that seen, and where an edge
+    has passed. steps: (F - 1, P, T) by which the next frame differs. together: how many cells are off alike. carried:
+    whether frames are guessed by carrying surfaces along with the camera.
     """
 
     surfaces: np.ndarray
     edges: np.ndarray
     steps: np.ndarray
+    together: float
     carried: bool
 
     @classmethod
@@ -36,41 +41,57 @@ class Told:
             for seen in (light, guess, _but_for_edges(light, guess))
         )
 
-        def off(other: np.ndarray) -> np.ndarray:
-            out = ((other - counts) ** 2 / np.maximum(counts + rendering.background, 1)).sum(axis=2)
-            if len(out) > 2:  # What nobody saw from both sides is off as its neighbour is.
-                out[[0, -1]] = out[[1, -2]]
-            return out
+        def off(change: np.ndarray) -> np.ndarray:
+            return uniform_filter1d(change**2, BINS, axis=2)
 
-        surfaces = off(smooth)
-        steps = (np.diff(counts, axis=0) ** 2 / np.maximum((counts[1:] + counts[:-1]) / 2, 1)).sum(axis=2)
-        return cls(surfaces, np.maximum(off(guessed) - surfaces, 0), steps, by_motion)
+        def inner(square: np.ndarray) -> np.ndarray:
+            if len(square) > 2:  # What nobody saw from both sides is off as its neighbour is.
+                square[[0, -1]] = square[[1, -2]]
+            return square
 
-    def between(self, zones: np.ndarray, lower: np.ndarray, upper: np.ndarray, part: np.ndarray) -> float:
-        """Deviance by which zones (P,) are off at the part (F,) of the way from one frame (F,) to another.
+        surfaces = off(smooth - counts)
+        edges = np.maximum(off(guessed - counts) - surfaces, 0)
+        return cls(inner(surfaces), inner(edges), off(np.diff(counts, axis=0)), together(guessed - counts), by_motion)
+
+    def between(self, lower: np.ndarray, upper: np.ndarray, part: np.ndarray) -> np.ndarray:
+        """(F, P, T) by which counts are off at the part (F,) of the way from one frame (F,) to another.
 
         On a curve interpolation is off by x·(1 - x) of what it would be halfway between frames twice as far apart, with
-        x the part of the way; its deviance goes with the square (the remainder of linear interpolation, Abramowitz and
+        x the part of the way; its square goes with the square (the remainder of linear interpolation, Abramowitz and
         Stegun 25.2.1), before the first frame and after the last as well. Whether an edge has passed a pixel by then is
         as good as chance, 1 with probability x where x is taken: off by x·(1 - x) in the mean square, twice that of
         what twice as many are off by halfway. What is carried is off by as much as it is carried.
         """
 
         def around(of: np.ndarray) -> np.ndarray:
-            return (of[lower] + of[upper])[:, zones].sum(axis=1) / 2
+            return (of[lower] + of[upper]) / 2
 
-        way = part * (1 - part)
+        way = (part * (1 - part))[:, None, None]
         curved = (4.0 if self.carried else 1.0) * way**2
-        return float((curved * around(self.surfaces) + 2 * np.maximum(way, 0) * around(self.edges)).sum())
+        return curved * around(self.surfaces) + 2 * np.maximum(way, 0) * around(self.edges)
 
-    def beyond(self, zones: np.ndarray, lower: np.ndarray, upper: np.ndarray, part: np.ndarray, stays: float) -> float:
-        """Deviance by which zones are off where things moved on before the first frame or after the last.
+    def beyond(self, lower: np.ndarray, upper: np.ndarray, part: np.ndarray, stays: float) -> np.ndarray:
+        """(F, P, T) by which counts are off where things moved on before the first frame or after the last.
 
         stays: the part of that by which they were not let.
         """
+        if not len(self.steps):
+            return np.zeros_like(self.surfaces)
         further = stays * (part - np.clip(part, 0, 1))
-        steps = self.steps[np.minimum(lower, len(self.steps) - 1)][:, zones] if len(self.steps) else np.zeros((1, 1))
-        return float((further**2 * steps.sum(axis=1)).sum())
+        return further[:, None, None] ** 2 * self.steps[np.minimum(lower, len(self.steps) - 1)]
+
+
+def together(change: np.ndarray) -> float:
+    """How many cells of changes (F, P, T) change alike: bins next to one another, and zones."""
+    square = max(float((change**2).sum()), 1e-300)
+    bins = 1.0
+    for away in range(1, change.shape[2]):
+        alike = float((change[..., away:] * change[..., :-away]).sum()) / square
+        if alike <= 0:
+            break
+        bins += 2 * alike
+    zones = np.maximum(np.einsum("fpt,fqt->pq", change, change), 0).sum() / square
+    return bins * max(float(zones), 1.0)
 
 
 def _but_for_edges(light: Light, guess: Light) -> Light:

@@ -46,7 +46,7 @@ def steps_late(steps: int, step_s: float, tau_s: float, heavy: float) -> np.ndar
 def reach(tau_s: float, heavy: float) -> float:
     """Seconds to which delays are followed."""
     if heavy < -EXPONENTIAL:
-        return -tau_s / heavy
+        return min(-1 / heavy, TIME_CONSTANTS) * tau_s
     return TIME_CONSTANTS * tau_s if heavy < EXPONENTIAL else max(TIME_CONSTANTS * tau_s, LONGEST_S)
 
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from physics.clock import Clock
-from physics.effect import Effect, Look, LookAlike, Parameter, Values
+from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.owning import Look
 from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.returning import returning_track, shares_of_all

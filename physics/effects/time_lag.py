@@ -10,6 +10,7 @@ from physics.carried import both, carried
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.light_between import around, light_at
+from physics.owning import Unseen
 from physics.rendering import Rendering
 from physics.told_between import Told
 
@@ -89,17 +90,21 @@ class TimeLag(Effect):
         late = late_zones(values, first.light.shape[1])
         return replace(first, light=np.where(late[:, None], second.light, first.light))
 
-    def unseen(self, values: Values, rendering: Rendering) -> float:
+    def owns_up(self, values: Values) -> bool:
+        """Whether anything is taken from between frames."""
+        return bool(values["lag"] or values["skew"] or values["burst"])
+
+    def unseen(self, values: Values, rendering: Rendering) -> Unseen:
         """What interpolation is off, as that of frames which were seen tells; and what moved on beyond them."""
         light, times = rendering.light, np.asarray(rendering.light.time_s, float)
         late = late_zones(values, rendering.footprints.seen[0][1].shape[1]) & (values["burst"] != 0)
         moves_on = light.motion is not None and values["carried"] > 0.5
         told = Told.of(rendering, moves_on)
-        left = 0.0
-        for of, lag in ((~late, values["lag"]), (late, values["lag"] + values["burst"])):
+        found = []
+        for lag in (values["lag"], values["lag"] + values["burst"]):
             near = around(times, times + lag + values["skew"] * times, 1.0)
-            left += told.between(of, *near) + told.beyond(of, *near, 0.0 if moves_on else 1 - values["beyond"])
-        return left
+            found.append(told.between(*near) + told.beyond(*near, 0.0 if moves_on else 1 - values["beyond"]))
+        return Unseen(np.where(late[:, None], found[1], found[0]), told.together)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Zones in two groups, by the lag that explains most of an excess in each by itself."""

@@ -130,7 +130,8 @@ def test_a_cell_that_is_dark_in_most_frames_has_no_rhythm_of_its_own():
     """A moving pulse lights a cell in some frames: single photons in the others are no rhythm."""
     mean = np.full(SHAPE, 0.05)
     mean[::4] = 40.0
-    simulation = SimpleNamespace(counts=np.random.default_rng(14).poisson(mean).astype(float), dead=None)
+    counts = np.random.default_rng(14).poisson(mean).astype(float)
+    simulation = SimpleNamespace(counts=counts, recorded=counts, trust=None, dead=None)
     assert not any(check.sentence.startswith("one cell") for check in checks(simulation, mean))
 
 

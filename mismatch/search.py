@@ -1,0 +1,73 @@
+"""The search for effects: on some frames, judged by others, anew where a cause leaves counts uncertain."""
+
+from dataclasses import dataclass, replace
+
+from mismatch.beginnings import likeliest_selection, unjudged
+from mismatch.blocks import halves
+from mismatch.fit import Fit
+from mismatch.form import Form
+from mismatch.gained import falls_short
+from mismatch.leftover import what_is_left
+from mismatch.naming import Contest, contested
+from mismatch.selection import Round, onward
+from mismatch.simulation import Simulation
+from mismatch.trust import as_given, trusted
+from mismatch.unseen import owns_up
+
+ONE_BY_ONE = "what is amiss shows in few frames; single frames were held out, not blocks of them"
+# Standard deviations by which a cause must stand out on frames held out that is likelier for what it leaves uncertain.
+AS_WELL = 2.0
+UNCERTAIN = "counts of which nobody saw what was there when they were taken are trusted less"
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a search came to.
+
+    simulation: all frames, as far as they are trusted. train, test: those that chose and those that were held out.
+    rounds: how effects were chosen. judged: the fit of those that chose. contests: of each of its effects. notes: how
+    it was done, in sentences.
+    """
+
+    simulation: Simulation
+    train: Simulation
+    test: Simulation
+    rounds: list[Round]
+    judged: Fit
+    contests: list[Contest]
+    notes: tuple[str, ...]
+
+
+def search(simulation: Simulation, forms: list[Form]) -> Search:
+    """The effects, of all that there are, that stand in a recording."""
+    frames, simulation = len(simulation.counts), as_given(simulation)
+    train, test = (simulation.of(some) for some in halves(frames))
+    rounds, notes = likeliest_selection(train, test, forms), ()
+    if unjudged(rounds[-1]):
+        train, test = (simulation.of(some) for some in halves(frames, frames))
+        rounds, notes = likeliest_selection(train, test, forms), (ONE_BY_ONE,)
+    there = trusted(simulation, train, test, rounds) if what_is_left(train, rounds[-1].before) else None
+    if there is not None:
+        again = [there[0].of(part.frames) for part in (train, test)]
+        anew = _beside(*again, forms, there[1])
+        if owns_up(anew[-1].before):
+            simulation, (train, test), rounds, notes = there[0], again, anew, (*notes, UNCERTAIN)
+    judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
+    return Search(simulation, train, test, rounds, judged, contests, notes)
+
+
+def _beside(train: Simulation, test: Simulation, forms: list[Form], owning: Fit) -> list[Round]:
+    """How effects are chosen from counts trusted as far as a cause lets them be.
+
+    Where what it leaves uncertain is all that is amiss there is little left to choose it by: it has been, if frames
+    held out say so, too.
+    """
+    rounds = likeliest_selection(train, test, forms)
+    last = rounds[-1]
+    same = [c for c in last.candidates if c.form.effect is owning.forms[-1].effect]
+    if last.before.forms or not same:
+        return rounds
+    best = min(same, key=lambda candidate: candidate.criterion)
+    if best.z < AS_WELL or falls_short(best.observed, best.expected_gain, False):
+        return rounds
+    return onward(train, test, forms, [replace(last, chosen=best)], best.fit)

@@ -1,0 +1,68 @@
+"""What effects own up to not having seen: how far that lets counts be trusted, and how likely they are then."""
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from mismatch.fit import Fit, on_others
+from mismatch.noise import FrameGains
+from mismatch.poisson import LEAST, deviance
+from mismatch.simulation import Simulation
+from physics.owning import Unseen
+
+# Counts may be off by so many times what an effect owns up to, in the mean square, and by as little as this.
+MOST_TIMES, LEAST_TIMES = 4.0, 0.02
+
+
+def owns_up(fitted: Fit) -> bool:
+    """Whether an effect of a fit leaves counts uncertain."""
+    return any(setting.effect.owns_up(setting.values) for setting in fitted.settings)
+
+
+def trust_in(simulation: Simulation, fitted: Fit, together: bool = True) -> np.ndarray | None:
+    """(F, P, T) how far counts are trusted with the effects of a fit; None where they are as sure as photons are.
+
+    together: as far as sums of those that are off alike are, not each by itself. By how much what an effect owns up to
+    is too much or too little the counts of all frames tell, as they tell how much their gain fluctuates.
+    """
+    every = simulation if simulation.whole is None else simulation.whole
+    found = unseen_of(every, fitted)
+    if not found:
+        return None
+    every = every.trusting(None)
+    mean = np.maximum(FrameGains(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
+    times = _times(deviance(every.counts, mean), sum(one.variance for one in found) / mean)
+    if not times:
+        return None
+    trust = 1 / (1 + times * sum(one.variance * (one.together if together else 1.0) for one in found) / mean)
+    return trust if simulation.whole is None else trust[simulation.frames]
+
+
+def marginal_deviance(simulation: Simulation, fitted: Fit) -> float:
+    """Deviance of a fit whose counts scatter as much as it owns up to, with what it costs that they may.
+
+    Twice the negative logarithm of their probability, up to a constant, each cell by itself (a composite likelihood:
+    Varin, Reid and Firth 2011, Statistica Sinica 21, 5).
+    """
+    trust = trust_in(simulation, fitted, together=False)
+    lost = 0.0 if trust is None else float(np.log(trust).sum())
+    return on_others(simulation.trusting(trust), fitted)[1] - lost
+
+
+def unseen_of(simulation: Simulation, fitted: Fit) -> list[Unseen]:
+    """What effects of a fit, and those given beside them, leave uncertain in the frames of a simulation."""
+    mine = {setting.effect.id for setting in fitted.settings}
+    given = (setting for setting in simulation.given if setting.effect.id not in mine)
+    rendering = simulation.rendering(fitted.gain)
+    every = (*fitted.settings, *given)
+    return [s.effect.unseen(s.values, rendering) for s in every if s.effect.owns_up(s.values)]
+
+
+def _times(each: np.ndarray, more: np.ndarray) -> float:
+    """How many times `more` than photons, (F, P, T), counts of deviances `each` scatter most likely; 0 where not."""
+
+    def loss(log_times: float) -> float:
+        wider = 1 + np.exp(log_times) * more
+        return float((each / wider + np.log(wider)).sum())
+
+    found = minimize_scalar(loss, bounds=(np.log(LEAST_TIMES), np.log(MOST_TIMES)), method="bounded")
+    return float(np.exp(found.x)) if found.fun < each.sum() else 0.0

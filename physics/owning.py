@@ -1,0 +1,29 @@
+"""What effects own up to: that they have looked at a recording, or that nobody saw what they would have to know."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What an effect that looks at a recording, to see where things are in each frame, has to own up to.
+
+    flattery: deviance by which its counts fit the frames better than the evidence of the frames allows. slopes: for
+    each parameter that says what is looked for, (F,) or, of each zone, (F, P) derivatives of the log-likelihood.
+    blur: deviance that is left because where things are stays uncertain.
+    """
+
+    flattery: float
+    blur: float
+    slopes: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Unseen:
+    """What a model leaves uncertain. variance: (F, P, T) of counts, beyond that of photons. together: how many cells
+    are off alike: sums of so many scatter that much more than those of cells which are each off by themselves.
+    """
+
+    variance: np.ndarray
+    together: float
