@@ -1,0 +1,63 @@
+"""A search where a cause leaves counts uncertain: rails that pass between one frame and the next."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mismatch import search as module
+from mismatch.explain import explain
+from mismatch.fit import fit_nominal
+from mismatch.leftover import what_is_left
+from mismatch.open_simulation import simulation_of
+from mismatch.trust import as_given
+from physics.effects import find_effect
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+
+from .conftest import BACKGROUND, COLUMNS, FRAMES, INTRINSICS, ROWS, depths
+
+LAG_S = 0.02
+
+
+def rails(times):
+    """(F, H, W) metres: rails half-way before the wall, others in each row, that pass at 20 pixels a second."""
+    rng = np.random.default_rng(8)
+    at = np.arange(COLUMNS) - 20 * np.asarray(times)[:, None, None] + rng.uniform(0, 9, (ROWS, 1))
+    passing = np.sin(at * rng.uniform(0.5, 1.1, (ROWS, 1))) > 0
+    return np.where(passing, 0.5, depths(1)[0])
+
+
+@pytest.fixture
+def passing(rig):
+    """Frames of rails that were recorded a while after the camera saw them."""
+    times = np.arange(FRAMES) / 15
+    nominal = simulation_of(rig.recording(np.ones((FRAMES, 4, 48)), depth_m=rails(times)), rig.maps)[0]
+    light = direct_light(rails(times + LAG_S), INTRINSICS, nominal.light.reflectance, time_s=times)
+    late = ForwardModel(light, nominal.footprints, nominal.clock, BACKGROUND).expected(rig.gain)
+    counts = np.random.default_rng(3).poisson(late)
+    return simulation_of(rig.recording(counts, depth_m=rails(times)), rig.maps)[0]
+
+
+def test_a_lag_is_named_though_nobody_saw_which_edges_had_passed(passing, monkeypatch):
+    found = explain(passing).verdict
+    assert [effect.id for effect in found.effects] == ["time_lag"]
+    assert found.verdict == "explained"
+    assert module.UNCERTAIN in found.notes
+    lag = found.effects[0].parameters[0]
+    assert abs(lag.value - LAG_S) < 4 * lag.sigma < LAG_S
+    # All counts trusted, the edges would be what no effect explains.
+    monkeypatch.setattr(module, "trusted", lambda *_: None)
+    assert explain(passing).verdict.verdict == "unknown"
+
+
+def test_counts_are_trusted_as_far_as_a_lag_that_is_given_lets_them_be(passing, rig):
+    recording = rig.recording(passing.counts, depth_m=rails(np.arange(FRAMES) / 15))
+    sensor = simulation_of(recording, rig.maps)[1]
+    known = replace(sensor, effects=(find_effect("time_lag").at(lag=LAG_S),))
+    simulation = simulation_of(recording, rig.maps, known)[0]
+    every, less = (
+        sum(place.gain for place in what_is_left(one, fit_nominal(one))) for one in (simulation, as_given(simulation))
+    )
+    assert less < 0.05 * every
+    assert as_given(passing) is passing
