@@ -9,7 +9,7 @@ from mismatch.verdict import Named
 
 def doubts(simulation: Simulation, judged: Fit, effects: tuple[Named, ...]) -> tuple[Place, ...]:
     """What speaks against names, a misfit that has no place each."""
-    looking = {s.effect.id for s in judged.settings if s.effect.looks(s.values)}
+    looking = {s.effect.id for s in judged.settings if s.effect.looks(s.values) or s.effect.owns_up(s.values)}
     found = []
     for one in effects:
         if falls_short(one.heldout_gain, one.expected_gain, one.id in looking, len(effects)):

@@ -12,8 +12,8 @@ from mismatch.simulation import Simulation
 
 # Chance at which noise is let in, after correction for the number of forms tried.
 SIGNIFICANT = 1e-3
-# A true cause whose formula is a little different falls short by less than this part; one that looks at each frame
-# gains more or less as things happen to be in better or worse places.
+# A true cause whose formula is a little different falls short by less than this part; one that looks at each frame, or
+# of which nobody saw all, gains more or less as things happen to be in better or worse places.
 SHORT, SHORT_LOOKING = 0.75, 0.5
 # How often frames are drawn to say what an effect that looks should gain.
 DRAWS = 4

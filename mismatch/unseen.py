@@ -9,8 +9,10 @@ from mismatch.poisson import LEAST, deviance
 from mismatch.simulation import Simulation
 from physics.owning import Unseen
 
-# Counts may be off by so many times what an effect owns up to, in the mean square, and by as little as this.
+# Counts may be off by so many times what an effect owns up to, in the mean square, and by as little as this; and by as
+# much by these powers of it, as what it guesses to be large is so by chance in part.
 MOST_TIMES, LEAST_TIMES = 4.0, 0.02
+POWERS = (1.0, 0.7, 0.5, 0.35)
 
 
 def owns_up(fitted: Fit) -> bool:
@@ -30,10 +32,12 @@ def trust_in(simulation: Simulation, fitted: Fit, together: bool = True) -> np.n
         return None
     every = every.trusting(None)
     mean = np.maximum(FrameGains(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
-    times = _times(deviance(every.counts, mean), sum(one.variance for one in found) / mean)
-    if not times:
+    ratio = sum(one.variance * one.together for one in found) / mean
+    alike = ratio.sum() / max(sum(float((one.variance / mean).sum()) for one in found), LEAST) if ratio.any() else 1.0
+    more = _more(deviance(every.counts, mean), ratio / alike)
+    if more is None:
         return None
-    trust = 1 / (1 + times * sum(one.variance * (one.together if together else 1.0) for one in found) / mean)
+    trust = 1 / (1 + more * (alike if together else 1.0))
     return trust if simulation.whole is None else trust[simulation.frames]
 
 
@@ -57,12 +61,17 @@ def unseen_of(simulation: Simulation, fitted: Fit) -> list[Unseen]:
     return [s.effect.unseen(s.values, rendering) for s in every if s.effect.owns_up(s.values)]
 
 
-def _times(each: np.ndarray, more: np.ndarray) -> float:
-    """How many times `more` than photons, (F, P, T), counts of deviances `each` scatter most likely; 0 where not."""
+def _more(each: np.ndarray, owned: np.ndarray) -> np.ndarray | None:
+    """(F, P, T) variance beyond that of photons, over theirs, most likely where counts have deviances `each`.
 
-    def loss(log_times: float) -> float:
-        wider = 1 + np.exp(log_times) * more
+    owned: what an effect says of it, which is right up to a factor and a power. None where there is none.
+    """
+
+    def loss(log_times: float, power: float) -> float:
+        wider = 1 + np.exp(log_times) * owned**power
         return float((each / wider + np.log(wider)).sum())
 
-    found = minimize_scalar(loss, bounds=(np.log(LEAST_TIMES), np.log(MOST_TIMES)), method="bounded")
-    return float(np.exp(found.x)) if found.fun < each.sum() else 0.0
+    bounds = np.log(LEAST_TIMES), np.log(MOST_TIMES)
+    found = [(minimize_scalar(loss, args=(power,), bounds=bounds, method="bounded"), power) for power in POWERS]
+    best, power = min(found, key=lambda one: one[0].fun)
+    return float(np.exp(best.x)) * owned**power if best.fun < each.sum() else None

@@ -42,7 +42,7 @@ class Told:
         )
 
         def off(change: np.ndarray) -> np.ndarray:
-            return uniform_filter1d(change**2, BINS, axis=2)
+            return np.maximum(uniform_filter1d(change**2, BINS, axis=2), 0)  # Running sums are off by a last digit.
 
         def inner(square: np.ndarray) -> np.ndarray:
             if len(square) > 2:  # What nobody saw from both sides is off as its neighbour is.

@@ -56,7 +56,7 @@ def test_counts_that_scatter_as_photons_do_are_trusted(uncertain):
 
 def test_the_deviance_is_that_of_a_normal_law_as_wide(uncertain, monkeypatch):
     simulation, found, variance = uncertain(1.0)
-    monkeypatch.setattr(unseen, "_times", lambda each, more: 1.0)
+    monkeypatch.setattr(unseen, "_more", lambda each, owned: owned)
     mean = found.expected
     wide, narrow = (
         -2 * norm.logpdf(simulation.counts, mean, np.sqrt(mean + more)).sum() for more in (variance, 0 * variance)
