@@ -198,3 +198,26 @@ def test_data_tell_whose_ghost_a_zone_receives(scene):
     start = CAUSES["zone_ghost"].starts(found - plain, plain, rendering)[-1]
     assert start["source"].tolist() == [2, 1, 1, 3]
     assert start["delay"] == pytest.approx(4 * WIDTH_S, abs=WIDTH_S / 2)
+
+
+@pytest.mark.parametrize("pixels", [1, 2])
+def test_what_is_near_is_narrower_than_the_camera_shows_it(maps, pixels):
+    """A board that loses its border all round, against the scene with the narrower board."""
+    seen, true = np.full((2, 10, 17), 1.0), np.full((2, 10, 17), 1.0)
+    seen[:, 1:9, 4:12] = 0.5
+    true[:, 1 + pixels : 9 - pixels, 4 + pixels : 12 - pixels] = 0.5
+    pulse = tailed_pulse(0.2e-9, 0.3e-9, 0.4e-9, 0.1, step_s=WIDTH_S / 16)
+    clock = Clock(WIDTH_S, BINS, np.full(4, 2e-9), pulse)
+    plane = np.array([[1e4, 0, 8.0], [0, 1e4, 4.5], [0, 0, 1]])  # Rays as good as parallel: strengths are 1/r².
+    models = [
+        ForwardModel(
+            direct_light(depth, plane, None, np.ones(depth.shape), time_s=np.arange(2)),
+            footprints(maps, (10, 17)),
+            clock,
+            BACKGROUND,
+        )
+        for depth in (seen, true)
+    ]
+    whole, half = (changed(models[0], "fat_edges", share=s, pixels=pixels) for s in (1.0, 0.5))
+    np.testing.assert_allclose(whole, models[1].expected(1000.0), rtol=1e-5)
+    np.testing.assert_allclose(half, (whole + models[0].expected(1000.0)) / 2, rtol=1e-5)
