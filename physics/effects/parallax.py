@@ -24,7 +24,8 @@ class Parallax(Effect):
     Surfaces that the LiDAR sees and the camera does not, or the other way round, are not followed.
 
     Light's way is from the LiDAR, too, if nobody has taken that into account: `ranges` 1 says so, and to a point that
-    much nearer to b it is |X - b|, with strength by its inverse square.
+    much nearer to b it is |X - b|, with strength by its inverse square. Whoever gives a zone one depth moves its map as
+    a whole: `whole` is the part of the move that goes with the mean of 1/z, weighted as zones see it, frame by frame.
     """
 
     id = "parallax"
@@ -35,7 +36,7 @@ class Parallax(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: parallax stays, a lag goes."),
         LookAlike("range_falloff", "Face a wide, even wall: falloff shows, parallax moves nothing that differs."),
     )
-    forms = (("x", "y"), ("x", "y", "ranges"))
+    forms = (("x", "y"), ("x", "y", "ranges"), ("x", "y", "whole"))
     parameters = (
         # A choice: chips and lenses of a shared mount are a few centimetres apart, known to within one.
         *(
@@ -52,6 +53,9 @@ class Parallax(Effect):
         ),
         Parameter(
             "ranges", "1", 0.0, 1.0, 0.0, "1 where ranges are the LiDAR's own, 0 where the camera's.", tries=(1.0,)
+        ),
+        Parameter(
+            "whole", "1", 0.0, 1.0, 0.0, "1 where maps move by their mean, 0 where each pixel does.", tries=(1.0,)
         ),
     )
 
@@ -86,6 +90,10 @@ class Parallax(Effect):
         nearer = np.linalg.norm(light.rays, axis=-1) / ranges - 1 / where.calibration_range_m
         # Pixels of unknown depth send no light.
         nearer = np.where(known, nearer, 0)
+        if values["whole"]:
+            weights = known * where.before_moving.weights.sum(axis=-3)
+            mean = (weights * nearer).sum(axis=(1, 2)) / np.maximum(weights.sum(axis=(1, 2)), 1e-12)
+            nearer = nearer + values["whole"] * (mean[:, None, None] - nearer)
         x, y = light.intrinsics[:2, :2] @ np.array([values["x"], values["y"]])
         return where.moved(x * full_width / width * nearer, y * full_height / height * nearer)
 

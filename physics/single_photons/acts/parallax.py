@@ -15,7 +15,7 @@ from recordings.refusal import Refusal
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """Zones that look from beside the camera at whatever geometry the world comes to have."""
     lidar, how = np.array([values["x"], values["y"], 0.0]), looking(world)
-    seen = looking_so(world, replace(how, ways=(*how.ways, partial(beside, lidar_m=lidar))))
+    seen = looking_so(world, replace(how, ways=(*how.ways, partial(beside, lidar_m=lidar, whole=values["whole"]))))
     return _from_there(seen, values["ranges"] * lidar) if values["ranges"] and world.behind is None else seen
 
 
@@ -27,12 +27,13 @@ def _from_there(world: World, lidar_m: np.ndarray) -> World:
     return replace(world, gloss=gloss, behind=(np.ones(behind.shape), behind))
 
 
-def beside(world: World, lidar_m: np.ndarray) -> np.ndarray:
+def beside(world: World, lidar_m: np.ndarray, whole: float = 0.0) -> np.ndarray:
     """(2, H, W) from each pixel to where in the full-size image the zones' maps are of use for it.
 
     Its point is seen from the LiDAR, and the ray followed to where the scan met it: there its zone was measured. The
     scan's patch was in the plane at the depth that the maps state; where they state none it was so far away that a
-    ray's direction is all there is to it. The camera saw it at the place whose weights count.
+    ray's direction is all there is to it. The camera saw it at the place whose weights count. By the part `whole` all
+    go as far as they do on average, each counted as often as zones see it.
     """
     points = world.points
     known = np.isfinite(points).all(axis=-1) & (points[..., 2] > 0)
@@ -44,7 +45,11 @@ def beside(world: World, lidar_m: np.ndarray) -> np.ndarray:
     width, height = world.maps.image_size
     rows, columns = world.depth_m.shape
     place = np.stack([(column / far + 0.5) * width / columns - 0.5, (row / far + 0.5) * height / rows - 0.5])
-    return np.where(known, place - np.stack(pixel_places(world.maps, (rows, columns))), 0.0)
+    away = np.where(known, place - np.stack(pixel_places(world.maps, (rows, columns))), 0.0)
+    if not whole:
+        return away
+    together = [np.average(of, weights=known * world.weights.sum(axis=0)) for of in away]
+    return away + whole * (np.reshape(together, (2, 1, 1)) - away)
 
 
 def calibration_depth(world: World) -> float:

@@ -39,7 +39,7 @@ def depth_m(small):
 
 def moved(small, x, y, calibration_range_m):
     where = replace(small.footprints, calibration_range_m=calibration_range_m)
-    return effect.footprints({"x": x, "y": y}, Rendering(small.light, where, small.clock, 1.0))
+    return effect.footprints(effect.at(x=x, y=y).values, Rendering(small.light, where, small.clock, 1.0))
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.01, 0.0), (0.0, -0.05), (-0.03, 0.1)])
@@ -48,6 +48,25 @@ def test_pixels_are_weighed_where_the_scan_saw_their_rays(small, depth_m, x, y, 
     found = moved(small, x, y, calibration_range_m)
     wanted = seen_in_the_scan(small.light, depth_m.astype(float), (x, y), calibration_range_m)
     np.testing.assert_allclose(np.stack([found.x_px, found.y_px], axis=-1), wanted, atol=1e-3)
+
+
+def test_maps_may_move_as_a_whole(small, depth_m):
+    """By a shift in each frame, that of a plane where the zones on average see the inverse of depth."""
+    where = replace(small.footprints, calibration_range_m=0.7)
+    rendering = Rendering(small.light, where, small.clock, 1.0)
+    found = effect.footprints(effect.at(x=0.03, y=-0.02, whole=1).values, rendering)
+    seen = where.weights.sum(axis=0)
+    for f, depth in enumerate(depth_m.astype(float)):
+        nearer = np.average(1 / depth, weights=seen) - 1 / 0.7
+        one = shift.footprints(
+            shift.at(
+                x=0.03 * small.light.intrinsics[0, 0] * 84.8 * nearer,
+                y=-0.02 * small.light.intrinsics[1, 1] * 80 * nearer,
+            ).values,
+            rendering,
+        )
+        np.testing.assert_allclose(found.x_px[f], one.x_px, atol=1e-3)
+        np.testing.assert_allclose(found.y_px[f], one.y_px, atol=1e-3)
 
 
 @pytest.mark.parametrize(("x", "y", "ranges"), [(0.05, 0.0, 1.0), (-0.03, 0.08, 1.0), (0.04, 0.04, 0.5)])
@@ -114,6 +133,6 @@ def test_pixels_of_unknown_depth_stay_and_the_nearest_leave(small):
     depth = np.full((1, 6, 10), 1.0)
     depth[0, 2, 3], depth[0, 3, 4], depth[0, 4, 5] = np.nan, 0.0, 1e-6
     light = direct_light(depth, small.light.intrinsics, cosine=np.ones((1, 6, 10)))
-    found = effect.footprints({"x": 0.05, "y": 0.0}, Rendering(light, small.footprints, small.clock, 1.0))
+    found = effect.footprints(effect.at(x=0.05, y=0.0).values, Rendering(light, small.footprints, small.clock, 1.0))
     np.testing.assert_array_equal(found.weights[0, :, [2, 3], [3, 4]], small.footprints.weights[:, [2, 3], [3, 4]].T)
     assert not found.weights[0, :, 4, 5].any()

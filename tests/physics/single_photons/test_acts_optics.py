@@ -109,7 +109,11 @@ def test_parallax_of_a_plane_is_its_disparity(world, calibrated_m, columns):
     """As far as the maps' plane is away, less at its depth: z = 0.6 m and as many columns as b·f·(1/z − 1/z_cal)."""
     plane = at_depth(world, 0.6, calibrated_m)
     nearer = 1 / 0.6 - (1 / calibrated_m if calibrated_m else 0)
-    found = find_act("parallax").world(plane, {"x": columns / FOCAL / nearer, "y": 0.0, "ranges": 0.0}, None).weights
+    found = (
+        find_act("parallax")
+        .world(plane, {"x": columns / FOCAL / nearer, "y": 0.0, "ranges": 0.0, "whole": 0.0}, None)
+        .weights
+    )
     rolled = np.roll(world.weights, columns, axis=2)
     np.testing.assert_allclose(found[:, :, 3:-3], rolled[:, :, 3:-3], rtol=1e-6)
 
