@@ -129,6 +129,10 @@ class BinNonlinearity(Effect):
             counts = moved + (1 - part) * np.maximum(1 + np.diff(late), 0) * counts
         return counts * (1 + values["width"]) if np.any(values["width"]) else counts
 
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A wave that does not come again within the window bends the whole scale: no converter's pattern."""
+        return bool(values["wave_sin"] or values["wave_cos"]) and values["period"] > rendering.clock.bins / 2
+
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The wave that shows most, of bins that move and of those that stay."""
         period = self.parameter("period")

@@ -10,6 +10,7 @@ from scipy.stats import norm
 
 from physics.effects.bin_nonlinearity import effect
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 
 def seen(counts, **values):
@@ -140,3 +141,11 @@ def test_counts_are_kept_and_none_turns_negative(alternation, slope, edge, bins,
     found = seen(counts, alternation=alternation, slope=slope, edge=late)
     np.testing.assert_allclose(found.sum(axis=-1), counts.sum(axis=-1))
     assert (found >= 0).all()
+
+
+@pytest.mark.parametrize(("period", "stretched"), [(8.0, False), (19.0, False), (21.0, True), (100.0, True)])
+def test_a_wave_that_comes_once_is_no_pattern(small, period, stretched):
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
+    assert small.clock.bins == 40
+    assert effect.strained(effect.at(wave_cos=0.3, period=period).values, rendering) == stretched
+    assert not effect.strained(effect.at(alternation=0.1, period=period).values, rendering)
