@@ -62,6 +62,8 @@ def _strengths(axes, faint: list[tuple[float, bool]]) -> None:
     axes.set_ylabel("share named")
     axes.set_ylim(-0.02, 1.02)
     if not len(moved):
+        axes.set_xticks([])
+        axes.text(0.5, 0.5, "not stated of any single cause", ha="center", va="center", transform=axes.transAxes)
         return
     steps = np.geomspace(moved[:, 0].min() * 0.999, moved[:, 0].max() * 1.001, 7)
     for low, high in pairwise(steps):
