@@ -8,7 +8,7 @@ from mismatch.unseen import marginal_deviance, owns_up, trust_in
 
 # What is uncertain depends on what is fitted, and that on what is trusted: a fit and the trust in it settle in so many.
 TURNS = 3
-# Where fewer counts than this are lost counts may as well be trusted.
+# Where fewer cells than this are lost all may as well be trusted.
 WORTH = 10.0
 
 

@@ -32,12 +32,10 @@ def trust_in(simulation: Simulation, fitted: Fit, together: bool = True) -> np.n
         return None
     every = every.trusting(None)
     mean = np.maximum(FrameGains(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
-    ratio = sum(one.variance * one.together for one in found) / mean
-    alike = ratio.sum() / max(sum(float((one.variance / mean).sum()) for one in found), LEAST) if ratio.any() else 1.0
-    more = _more(deviance(every.counts, mean), ratio / alike)
+    more = _more(deviance(every.counts, mean), sum(one.variance for one in found) / mean)
     if more is None:
         return None
-    trust = 1 / (1 + more * (alike if together else 1.0))
+    trust = 1 / (1 + more * (max(one.together for one in found) if together else 1.0))
     return trust if simulation.whole is None else trust[simulation.frames]
 
 
