@@ -19,8 +19,8 @@ from mismatch.simulation import Simulation
 
 # Twice the logarithm of the odds that a cause outside must have over the names it would replace: e to 1.
 ODDS = 2.0
-# One that promises less than this part of what the names gain cannot come near; so many are fitted.
-PROMISING, FITTED = 0.5, 3
+# One that promises less than this part of what the names gain cannot come near; so many are fitted, in so many forms.
+PROMISING, FITTED, FORMS = 0.5, 4, 2
 
 
 def told_outside(
@@ -62,7 +62,7 @@ def _outside(train: Simulation, less: Fit, judged: Fit) -> list[Fit]:
     forms = [form for effect in all_outside().values() for form in forms_of(effect, sizes)]
     scores, _ = ranked(train, less, forms)
     least = max(PROMISING * (less.deviance - judged.deviance), ODDS)
-    best = sorted((s for s in scores if s.gain > least), key=lambda s: -s.gain)[:FITTED]
+    best = _likeliest([score for score in scores if score.gain > least])
 
     def begun(found: Score) -> Descent:
         x = np.concatenate([less.x, start_of(found.form, found.amplitude)])
@@ -71,3 +71,11 @@ def _outside(train: Simulation, less: Fit, judged: Fit) -> list[Fit]:
     descents = train.each(begun, best)
     race(descents, [price(train) * len(descent.x) for descent in descents])
     return [reached(descent) for descent in descents]
+
+
+def _likeliest(scores: list[Score]) -> list[Score]:
+    """The best forms of the best causes: those of one may be many and much alike."""
+    of: dict[str, list[Score]] = {}
+    for score in sorted(scores, key=lambda score: -score.gain):
+        of.setdefault(score.form.effect.id, []).append(score)
+    return [score for forms in list(of.values())[:FITTED] for score in forms[:FORMS]]

@@ -1,0 +1,69 @@
+"""A ripple of counts that no light sent."""
+
+import numpy as np
+
+from physics.effect import Effect, Parameter, Values
+from physics.rendering import Rendering
+
+# Cycles over the window that are looked at: slower ones are a slope.
+SLOWEST = 2
+# Cycles by which phases may run on from frame to frame.
+TURNS = np.linspace(-0.5, 0.5, 401)
+
+
+class DarkRipple(Effect):
+    """Counts that no light sent, `counts` · (1 + cos(2π (cycles · t - phase - running · time))), t from 0 to 1 over the
+    window.
+
+    The supply of the detectors' bias switches, nearly in step with the laser. A pedestal is as high everywhere.
+    """
+
+    id = "dark_ripple"
+    acts_on = "detector"
+    order = -80
+    sentence = "counts that no light sent rise and fall several times along the histogram"
+    forms = (("counts", "cycles", "phase"), ("counts", "cycles", "phase", "running"))
+    parameters = (
+        Parameter(
+            "counts",
+            unit="counts",
+            low=0.0,
+            high=1e9,
+            start=1.0,
+            vanishes_at=0.0,
+            axis="zone",
+            sentence="Per bin, in the mean.",
+        ),
+        Parameter("cycles", "1", 1.0, 1e3, 8.0, "Over the window."),
+        Parameter("phase", "1", -5.0, 5.0, 0.5, "Cycles from the window's begin to where it is highest, at time 0."),
+        Parameter("running", "1/s", -1e3, 1e3, 0.0, "Cycles by which that grows in a second.", tries=(0.1,)),
+    )
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """The frequency that most of the excess has, where little light is: fixed, and running with time."""
+        light = np.maximum(expected - rendering.background, 0).mean(axis=(0, 1))
+        dark = light <= np.median(light)
+        mean = excess.mean(axis=1)
+        waves = np.fft.rfft(np.where(dark, mean - mean[:, dark].mean(axis=1, keepdims=True), 0))[:, SLOWEST:]
+        if not waves.size:
+            return []
+        time_s = np.asarray(rendering.light.time_s, float)
+        apart = max(float(np.median(np.diff(time_s))), 1e-6) if len(time_s) > 1 else 1.0
+        return [self._start(waves, time_s, np.zeros(1)), self._start(waves, time_s, TURNS / apart)]
+
+    def _start(self, waves: np.ndarray, time_s: np.ndarray, rates: np.ndarray) -> dict[str, float]:
+        """Where waves (F, K) at times (F,) add up most, of some rates in cycles a second."""
+        added = np.exp(2j * np.pi * rates[:, None] * time_s) @ waves
+        rate, wave = np.unravel_index(int(np.argmax(np.abs(added))), added.shape)
+        phase = float(-np.angle(added[rate, wave]) / (2 * np.pi) % 1)
+        return {"cycles": float(SLOWEST + wave), "phase": phase, "running": float(np.clip(rates[rate], -1e3, 1e3))}
+
+    def background(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """Dark counts with the ripple, (F, P, T)."""
+        t = np.arange(rendering.clock.bins) / rendering.clock.bins
+        ahead = values["phase"] + values["running"] * np.asarray(rendering.light.time_s, float)
+        wave = 1 + np.cos(2 * np.pi * (values["cycles"] * t - ahead[:, None]))
+        return rendering.background + np.atleast_1d(values["counts"])[:, None] * wave[:, None]
+
+
+effect = DarkRipple()

@@ -1,0 +1,133 @@
+"""Causes outside the library that sit somewhere in the image or in the counter, against arithmetic of their own."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from physics.footprint import footprints
+from physics.light import Return
+from physics.nominal import ForwardModel
+from physics.rendering import Rendering
+
+from ..conftest import BACKGROUND, BINS, WIDTH_S
+from .conftest import CAUSES, changed
+
+
+def test_pulses_that_broaden_with_the_light(scene):
+    model, _, _clock = scene
+    light = model.expected(1000.0) - BACKGROUND[:, None]
+    signal, bins = light.sum(axis=-1), np.arange(BINS) + 0.5
+
+    def variance(counts):
+        mean = counts @ bins / counts.sum()
+        return counts @ (bins - mean) ** 2 / counts.sum()
+
+    for values, power in (({"width": 0.3e-9}, 1.0), ({"width": 0.3e-9, "power": 2.0}, 2.0)):
+        found = changed(model, "level_broadening", level=float(signal.max()), **values) - BACKGROUND[:, None]
+        for zone in (0, 2):  # Whose pulses end within the window.
+            added = (0.3e-9 / WIDTH_S) ** 2 * (signal[1, zone] / signal.max()) ** power
+            assert found[1, zone].sum() == pytest.approx(signal[1, zone], rel=1e-3)
+            assert variance(found[1, zone]) - variance(light[1, zone]) == pytest.approx(added, rel=0.05)
+    found = changed(model, "level_broadening", level=float(signal.max()), share=0.5, amiss=0.3e-9) - BACKGROUND[:, None]
+    added = 0.5 * signal[1, 2] / signal.max() * (0.3e-9 / WIDTH_S) ** 2
+    assert variance(found[1, 2]) - variance(light[1, 2]) == pytest.approx(added, rel=0.05)
+
+
+THING = {
+    "bright": 0.1,
+    "across": 0.4,
+    "down": 0.6,
+    "wide": 0.2,
+    "rightward": 0.5,
+    "downward": -0.4,
+    "distance": 0.6,
+    "approach": -0.2,
+    "bend": 0.3,
+    "when": 0.15,
+    "lasting": 0.2,
+}
+
+
+def thing(light, **of):
+    """Light with a spot of its own range and strength, pixel by pixel; what it hides is not."""
+    since = np.asarray(light.time_s) - of["when"]
+    rows, columns = light.range_m.shape[1:]
+    v, u = np.meshgrid((np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns, indexing="ij")
+    x = u - of["across"] - of["rightward"] * since[:, None, None]
+    y = (v - of["down"] - of["downward"] * since[:, None, None]) * rows / columns
+    filled = np.exp(-(x**2 + y**2) / (2 * of["wide"] ** 2) - since[:, None, None] ** 2 / (2 * of["lasting"] ** 2))
+    range_m = of["distance"] + of["approach"] * since + of["bend"] * since**2
+    there = Return(
+        np.broadcast_to(range_m[:, None, None], filled.shape).astype(np.float32),
+        (of["bright"] * filled / range_m[:, None, None] ** 2).astype(np.float32),
+    )
+    return replace(light, returns=(*light.returns, there)), filled
+
+
+def test_a_thing_that_no_depth_image_shows(scene, maps):
+    model, light, clock = scene
+    seen, filled = thing(light, **THING)
+    where = footprints(maps, light.range_m.shape[1:])
+    oracle = ForwardModel(seen, where, clock, BACKGROUND).expected(1000.0)
+    np.testing.assert_allclose(changed(model, "unseen_thing", **THING), oracle, rtol=2e-3, atol=1e-6 * oracle.max())
+    # It hides, of what a zone sees, as much of all light as it fills of the zone.
+    covered = changed(model, "unseen_thing", **THING, cover=0.5) - changed(model, "unseen_thing", **THING)
+    part = np.einsum("phw,fhw->fp", where.weights, filled) / where.weights.sum(axis=(1, 2))
+    plain = model.expected(1000.0) - BACKGROUND[:, None]
+    np.testing.assert_allclose(covered, -0.5 * part[..., None] * plain, rtol=1e-6, atol=1e-9 * plain.max())
+
+
+def test_an_unseen_thing_is_looked_for_where_it_is(scene, maps):
+    model, light, clock = scene
+    of = {"across": 0.3, "down": 0.3, "distance": 0.5, "approach": 0.4, "when": 0.2, "bright": 0.05, "wide": 0.1}
+    plain, found = model.expected(1000.0), changed(model, "unseen_thing", **of, lasting=1.0)
+    where = footprints(maps, light.range_m.shape[1:])
+    rendering = SimpleNamespace(clock=clock, background=BACKGROUND[:, None], footprints=where, light=light)
+    best = CAUSES["unseen_thing"].starts(found - plain, plain, rendering)[0]
+    ranges = [one["distance"] + one["approach"] * (np.asarray(light.time_s) - one["when"]) for one in (best, of)]
+    np.testing.assert_allclose(*ranges, atol=0.05)
+    assert best["across"] < 0.5
+    assert best["down"] < 0.5
+
+
+def test_detectors_that_are_switched_off(scene, maps):
+    model, light, clock = scene
+    where, values = footprints(maps, light.range_m.shape[1:]), {"across": 0.7, "down": 0.3, "wide": 0.1, "zone": 1}
+    cause = CAUSES["masked_spads"].at(depth=0.6, **values)
+    found = cause.effect.footprints(cause.values, Rendering(light, where, clock, 1.0)).weights
+    rows, columns = found.shape[1:]
+    for v, u in ((2, 11), (5, 8)):
+        square = ((u + 0.5) / columns - 0.7) ** 2 + (((v + 0.5) / rows - 0.3) * rows / columns) ** 2
+        gone = 0.6 * np.exp(-square / 0.02)
+        assert found[1, v, u] == pytest.approx((1 - gone) * where.weights[1, v, u], rel=1e-6)
+    np.testing.assert_array_equal(np.delete(found, 1, axis=0), np.delete(where.weights, 1, axis=0))
+    plain, holed = model.expected(1000.0), changed(model, "masked_spads", depth=0.6, **values)
+    rendering = SimpleNamespace(footprints=where)
+    starts = CAUSES["masked_spads"].starts(holed - plain, plain, rendering)
+    assert len(starts) == 5
+    assert {start["zone"] for start in starts} == {1}
+
+
+@pytest.mark.parametrize("running", [0.0, 2.0])
+def test_a_ripple_in_the_dark(scene, running):
+    model, light, _clock = scene
+    t, time_s = np.arange(BINS) / BINS, np.asarray(light.time_s)
+    of = {"counts": 0.5, "cycles": 6.0, "phase": 0.3, "running": running}
+    plain, found = model.expected(1000.0), changed(model, "dark_ripple", **of)
+    wave = 1 + np.cos(2 * np.pi * (6 * t - 0.3 - running * time_s[4]))
+    np.testing.assert_allclose((found - plain)[4, 2], 0.5 * wave, atol=1e-9 * plain.max())
+    rendering = SimpleNamespace(background=BACKGROUND[:, None], light=light)
+    best = CAUSES["dark_ripple"].starts(found - plain, plain, rendering)[1 if running else 0]
+    assert best["cycles"] == pytest.approx(6, abs=1)
+    assert best["running"] == pytest.approx(running, abs=0.5)
+
+
+def test_a_counter_of_two_slopes(scene):
+    model, *_ = scene
+    plain = model.expected(1000.0)
+    half = float(plain.max()) / 2
+    found = changed(model, "two_slopes", lost=0.3, above=half)
+    np.testing.assert_array_equal(found[plain <= half], plain[plain <= half])
+    np.testing.assert_allclose(found[plain > half], half + 0.7 * (plain[plain > half] - half), rtol=1e-12)
