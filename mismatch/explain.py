@@ -76,6 +76,11 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     nominal = fit_nominal(simulation, sigma)
     explained = fit(simulation, judged.forms, judged.x, sigma) if judged.forms else nominal
     left = what_is_left(simulation, explained)
+    if left and not judged.forms and (slow := frame_gain_sigma(simulation, nominal.expected, slow=True)) > sigma:
+        # No cause was found: what is left may be noise of the frames' gains that was slow by chance.
+        calm = fit_nominal(simulation, slow)
+        if not what_is_left(simulation, calm):
+            sigma, nominal, explained, left = slow, calm, calm, ()
     if left and judged.forms and (apart := divided(train, test, judged)) is not None:
         # Zones that differ by little cost more numbers than half of the frames see worth; all frames see the rest.
         better = fit(simulation, apart.forms, apart.x, sigma)

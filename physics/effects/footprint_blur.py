@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import dctn, idctn
+from scipy.special import j1
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
@@ -38,14 +39,14 @@ class FootprintBlur(Effect):
         ),
         LookAlike("footprint_shift", "Let an edge enter the field from either side: a blur is early on both."),
     )
-    forms = (("variance",), ("variance", "taller"), ("variance", "amount", "kept"))
+    forms = (("variance",), ("variance", "flat"), ("variance", "taller"), ("variance", "amount", "kept"))
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(
             "variance",
             unit="px²",
             low=-2500.0,
-            high=2500.0,
+            high=10000.0,
             start=36.0,
             # What sharpens is no mirror image of what blurs: it cannot go below 0. A patch of 35 px, taken off.
             tries=(36.0, -100.0),
@@ -59,6 +60,15 @@ class FootprintBlur(Effect):
             high=3.0,
             start=0.0,
             sentence="Logarithm of how many times the variance there is down the image, and over how many along it.",
+        ),
+        Parameter(
+            "flat",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.0,
+            tries=(1.0,),
+            sentence="Part of the kernel that is a round patch, even to its edge; the rest is a Gaussian.",
         ),
         Parameter(
             "amount",
@@ -82,7 +92,9 @@ class FootprintBlur(Effect):
         """Footprints of maps that are blurred or sharpened before they are moved."""
         if values["variance"] == 0:
             return rendering.footprints
-        return rendering.footprints.redrawn(Blur(*(values[n] for n in ("variance", "amount", "kept", "taller"))))
+        return rendering.footprints.redrawn(
+            Blur(*(values[n] for n in ("variance", "amount", "kept", "taller", "flat")))
+        )
 
 
 @dataclass(frozen=True)
@@ -93,6 +105,7 @@ class Blur:
     amount: float = 1.0
     kept: float = 1.0
     taller: float = 0.0
+    flat: float = 0.0
 
     def __call__(self, table: np.ndarray) -> np.ndarray:
         """(P, Y, X) of the same kind of numbers."""
@@ -100,7 +113,7 @@ class Blur:
 
     def _zone(self, zone: np.ndarray) -> np.ndarray:
         """(Y, X) of one zone."""
-        spread = diffused(zone, abs(self.variance_px2), self.taller)
+        spread = blurred(zone, abs(self.variance_px2), self.taller, self.flat)
         if self.variance_px2 > 0:
             return spread
         sharp = np.maximum(zone + self.amount * (zone - spread), 0)
@@ -108,15 +121,22 @@ class Blur:
         return sharp * (zone.sum(dtype=float) / total) ** self.kept if total > 0 else zone
 
 
-def diffused(image: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.ndarray:
+def blurred(image: np.ndarray, variance_px2: float, taller: float = 0.0, flat: float = 0.0) -> np.ndarray:
     """(Y, X) after diffusion for a time of that variance, no flux through the edges; faster down where `taller`.
 
-    The cosine of frequency ω decays with 1 − cos ω: eigenvalue of half the second difference. Of the image's precision:
+    The cosine of frequency ω decays with 1 − cos ω: eigenvalue of half the second difference. Where `flat`, so much of
+    it is under a disc instead, whose variance along each axis is a fourth of its radius squared, and whose transform
+    is 2 J₁(ωR) / (ωR) (Bracewell, The Fourier Transform and Its Applications, chapter 12). Of the image's precision:
     transforms of float32 take half as long.
     """
     each = variance_px2 * np.exp(taller), variance_px2 * np.exp(-taller)
-    down, along = (one * (1 - np.cos(np.pi * np.arange(n) / n)) for one, n in zip(each, image.shape, strict=True))
+    waves = tuple(np.pi * np.arange(n) / n for n in image.shape)
+    down, along = (one * (1 - np.cos(wave)) for one, wave in zip(each, waves, strict=True))
     decay = np.exp(-down)[:, None] * np.exp(-along)
+    if flat:
+        radii = (2 * np.sqrt(one) * wave for one, wave in zip(each, waves, strict=True))
+        across = np.maximum(np.hypot.outer(*radii), 1e-9)
+        decay = (1 - flat) * decay + flat * 2 * j1(across) / across
     return np.maximum(idctn(dctn(image) * decay.astype(image.dtype)), 0)
 
 

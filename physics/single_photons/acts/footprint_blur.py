@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.ndimage import correlate1d
+from scipy.signal import fftconvolve
 from scipy.special import ive
 
 from physics.effect import Values
@@ -14,6 +15,8 @@ from recordings.maps import ResponseMaps
 
 # Of a walk's ends, those of less probability than this on either side are left out.
 REST = 1e-9
+# Points each way in a pixel by which it is told how much of it lies within a disc.
+FINE = 8
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
@@ -22,17 +25,27 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
         return world
     how = looking(world)
     return looking_so(
-        world, replace(how, redrawn=redrawn(how.taken, *(values[n] for n in ("variance", "amount", "kept", "taller"))))
+        world,
+        replace(
+            how, redrawn=redrawn(how.taken, *(values[n] for n in ("variance", "amount", "kept", "taller", "flat")))
+        ),
     )
 
 
 @lru_cache(maxsize=2)
 def redrawn(
-    maps: ResponseMaps, variance_px2: float, amount: float = 1.0, kept: float = 1.0, taller: float = 0.0
+    maps: ResponseMaps,
+    variance_px2: float,
+    amount: float = 1.0,
+    kept: float = 1.0,
+    taller: float = 0.0,
+    flat: float = 0.0,
 ) -> np.ndarray:
     """(P, Y, X) table of maps after walks of this variance; sharpened where it is negative."""
     _, _, counts = table(maps)
     spread = strayed(counts, abs(variance_px2), taller)
+    if flat:
+        spread = (1 - flat) * spread + flat * under_a_disc(counts, abs(variance_px2), taller)
     return spread if variance_px2 > 0 else sharpened(counts, spread, amount, kept)
 
 
@@ -61,3 +74,19 @@ def strayed(counts: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.
         ends = ive(np.abs(np.arange(-reach, reach + 1)), 2 * walk)
         counts = correlate1d(counts.astype(float), ends / ends.sum(), axis=axis, mode="reflect")
     return counts
+
+
+def under_a_disc(counts: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.ndarray:
+    """(P, Y, X) means of counts over a disc, or an ellipse that has exp(± taller) times this variance down and along.
+
+    Even over an ellipse of half-axis a, places along it have the variance a²/4. Of a pixel at its rim, the part counts
+    that lies within, by points evenly in it.
+    """
+    down, along = (2 * np.sqrt(variance_px2 * np.exp(way * taller)) for way in (1, -1))
+    rows, columns = (int(np.ceil(half)) + 1 for half in (down, along))
+    within = (np.arange(FINE) + 0.5) / FINE - 0.5
+    y, x = (np.add.outer(np.arange(-n, n + 1), within).ravel() for n in (rows, columns))
+    inside = ((y / down) ** 2)[:, None] + (x / along) ** 2 <= 1
+    kernel = inside.reshape(2 * rows + 1, FINE, 2 * columns + 1, FINE).mean(axis=(1, 3))
+    padded = np.pad(counts.astype(float), ((0, 0), (rows, rows), (columns, columns)), mode="symmetric")
+    return np.maximum(fftconvolve(padded, kernel[None] / kernel.sum(), mode="valid", axes=(1, 2)), 0)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
-from physics.effects.footprint_blur import Blur, diffused, effect
+from physics.effects.footprint_blur import Blur, blurred, effect
 from physics.footprint import footprints
 from physics.light import direct_light
 from physics.nominal import ForwardModel
@@ -82,15 +82,13 @@ def test_an_unsharp_mask_cuts_off_what_would_be_below_nothing():
 
 def test_blurs_follow_each_other_as_one():
     image = np.random.default_rng(1).uniform(0, 1, SHAPE)
-    np.testing.assert_allclose(diffused(diffused(image, 3.0), 0.7), diffused(image, 3.7), atol=1e-12)
+    np.testing.assert_allclose(blurred(blurred(image, 3.0), 0.7), blurred(image, 3.7), atol=1e-12)
 
 
 def test_a_wide_blur_is_scipys():
     image = np.random.default_rng(2).uniform(0, 1, SHAPE)
     # Kurtosis of the discrete kernel is 1/variance: so much they may differ.
-    np.testing.assert_allclose(
-        diffused(image, 64.0), gaussian_filter(image, 8.0, mode="reflect", truncate=8), atol=1e-3
-    )
+    np.testing.assert_allclose(blurred(image, 64.0), gaussian_filter(image, 8.0, mode="reflect", truncate=8), atol=1e-3)
 
 
 @pytest.mark.parametrize("taller", [-0.9, 0.6])
@@ -99,6 +97,21 @@ def test_a_patch_that_is_longer_one_way_blurs_more_that_way(taller):
     down, along = 8.0 * np.exp(taller / 2), 8.0 * np.exp(-taller / 2)
     theirs = gaussian_filter(image, (down, along), mode="reflect", truncate=8)
     np.testing.assert_allclose(Blur(64.0, taller=taller)(image[None])[0], theirs, atol=2e-3)
+
+
+@pytest.mark.parametrize("flat", [1.0, 0.4])
+def test_a_round_patch_blurs_evenly_to_its_edge(flat):
+    """Means over places spread evenly in a disc, whose radius is twice the standard deviation along an axis."""
+    variance, many = 30.0, 4000
+    far, turn = np.sqrt((np.arange(many) + 0.5) / many), np.arange(many) * np.pi * (3 - np.sqrt(5))
+    x, y = (2 * np.sqrt(variance) * far * of(turn) for of in (np.cos, np.sin))
+    found = Blur(variance, flat=flat)(gaussian(9.0)[None])[0]
+    normal = gaussian(9.0 + variance)
+    for row, column in ((28, 41), (28, 50), (36, 33), (20, 48)):
+        square = (column + x - 41) ** 2 + (row + y - 28) ** 2
+        under = (np.exp(-square / 18) / (18 * np.pi)).mean()
+        expected = flat * under + (1 - flat) * normal[row, column]
+        assert found[row, column] == pytest.approx(expected, rel=5e-3, abs=1e-6)
 
 
 def test_the_slope_at_nothing_is_the_same_from_both_sides():

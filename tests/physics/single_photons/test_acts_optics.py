@@ -93,6 +93,21 @@ def test_a_pixels_weight_is_what_photons_that_stray_find(world):
         assert found[row, column] == pytest.approx(seen.mean(), abs=4 * seen.std() / np.sqrt(many) + 1e-5)
 
 
+@pytest.mark.parametrize("taller", [0.0, 0.5])
+def test_photons_that_stray_within_a_disc(world, taller):
+    """Photons displaced evenly within an ellipse, one by one, and the map looked up where each comes to be."""
+    rng, variance, many = np.random.default_rng(5), 700.0, 100_000
+    counts = table(world.maps)[2][0] / unit_response(world.maps, world.depth_m.shape)
+    home_x, home_y = pixel_places(world.maps, world.depth_m.shape)
+    found = acted(world, "footprint_blur", variance=variance, taller=taller, flat=1.0).weights[0]
+    far, turn = np.sqrt(rng.random(many)), rng.uniform(0, 2 * np.pi, many)
+    half_x, half_y = 2 * np.sqrt(variance) * np.exp(np.array([-taller, taller]) / 2)
+    for row, column in ((2, 3), (3, 6), (1, 5)):
+        x, y = home_x[row, column] + half_x * far * np.cos(turn), home_y[row, column] + half_y * far * np.sin(turn)
+        seen = map_coordinates(counts.astype(float), [y, x], order=1, mode="reflect")
+        assert found[row, column] == pytest.approx(seen.mean(), abs=4 * seen.std() / np.sqrt(many) + 1e-4)
+
+
 def test_a_sharper_map_keeps_its_sum_and_loses_the_variance():
     x, y = np.meshgrid(np.arange(-200.0, 201), np.arange(-150.0, 151))
     before = np.exp(-(x**2) / 2 / 40**2 - y**2 / 2 / 30**2)[None]

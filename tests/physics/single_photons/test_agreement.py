@@ -68,6 +68,7 @@ STRENGTHS = {
         {"variance": -400},
         {"variance": -900, "amount": 0.6, "kept": 0.3},
         {"variance": 900, "taller": -0.8},
+        {"variance": 900, "flat": 0.7},
     ],
     "footprint_shift": [
         {"x": 20, "y": -15},
