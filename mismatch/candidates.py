@@ -11,8 +11,9 @@ from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT, falls_short, gained
 from mismatch.poisson import LEAST
 from mismatch.race import race
-from mismatch.score import Score, start_of
+from mismatch.score import Score, start_of, suggests
 from mismatch.simulation import Simulation
+from physics.effects import all_effects
 
 # A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
 # is no name: two formulas of one cause differ by as much.
@@ -93,12 +94,16 @@ def cost(simulation: Simulation, fitted: Fit) -> float:
     """Deviance that a fit's parameters must gain, and its effects where their names are stretched.
 
     What the data gave zone by zone, which zones are late or share a converter, is a choice for each; that an effect
-    sets in with some frame is one of as many as there are frames.
+    sets in with some frame is one of as many as there are frames. Any other number that the data gave, and no fit
+    varied, is a parameter like others. And each effect is one of as many as there are.
     """
-    chosen = sum(np.size(form.start[n]) for form in fitted.forms for n in form.given if np.ndim(form.start[n]))
-    onsets = sum("since" in form.given for form in fitted.forms)
+    given = [(form, name) for form in fitted.forms for name in form.given]
+    chosen = sum(np.size(form.start[n]) for form, n in given if np.ndim(form.start[n]))
+    onsets = sum(name == "since" for _, name in given)
+    numbers = sum(n != "since" and not np.ndim(f.start[n]) and suggests(f, f.effect.parameter(n)) for f, n in given)
     choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets
-    return price(simulation) * len(fitted.x) + choices + strain(simulation, fitted)
+    choices += 2 * np.log(len(all_effects())) * len(fitted.forms)
+    return price(simulation) * (len(fitted.x) + numbers) + choices + strain(simulation, fitted)
 
 
 def strain(simulation: Simulation, fitted: Fit) -> float:

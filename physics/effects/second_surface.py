@@ -25,6 +25,8 @@ NEARER = 1.0
 PARTLY = 1.1
 # What one zone passes more of its light than another of the same sheet, at most.
 UNEVEN = 0.8
+# Two pulses less than this part of a bin apart are one.
+THIN_BINS = 0.1
 # Width of the ends of what is covered, in log range.
 EDGE = 0.02
 
@@ -153,8 +155,12 @@ class SecondSurface(Effect):
         return replace(first, light=first.light - lost + second.light)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A sheet in front is lit the more for it; one that only one zone's light passes is that zone's delay."""
-        return self.contradiction(values) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
+        """A sheet in front is lit the more for it; one that only one zone's light passes is that zone's delay.
+
+        And one where the first surface is is that surface's brightness.
+        """
+        thin = abs(values["spacing"]) < THIN_BINS * rendering.clock.bin_width_s * speed_of_light / 2
+        return thin or self.contradiction(values) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
 
     def contradiction(self, values: Values) -> str | None:
         """A pulse before the pulse that goes with it at all ranges alike is the laser's."""

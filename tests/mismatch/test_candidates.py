@@ -66,3 +66,14 @@ def test_what_has_come_to_nothing_does_not_stand_out():
     fitted = SimpleNamespace(settings=[SimpleNamespace(effect=find_effect("window_clipping"), values={})])
     for observed, stands in ((0.01, False), (30.0, True)):
         assert Candidate(None, fitted, 0.0, 0.0, 6.0, observed, observed, 1.0).stands_out(10) == stands
+
+
+def test_a_number_that_data_gave_is_a_parameter(drawn):
+    """Not one with which all recordings begin."""
+    simulation = drawn(3)
+    form = next(f for f in forms_of(find_effect("range_aliasing"), SIZES) if f.free == ("counts", "apparent_range"))
+    paid = [
+        cost(simulation, SimpleNamespace(x=np.zeros(3), gain=1.0, forms=(f,), settings=()))
+        for f in (form, form.beginning({"apparent_range": 2.0, "speed": -1.5, "jitter": 1e-10}))
+    ]
+    assert paid[1] - paid[0] == pytest.approx(np.log(24 * 4))

@@ -1,6 +1,7 @@
 """A second surface against a scene that has two returns."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -114,18 +115,26 @@ def test_it_suggests_the_spacing_and_what_is_covered(small):
         effect.at(**start)
 
 
+BINS_OF_4_CM = SimpleNamespace(clock=SimpleNamespace(bin_width_s=0.267e-9))
+
+
 @pytest.mark.parametrize(("spacing", "falloff", "denied"), [(-0.2, 0.0, True), (-0.2, 2.0, False), (0.2, 0.0, False)])
 def test_a_pulse_in_front_that_does_not_fall_off_is_no_surface(spacing, falloff, denied):
     values = effect.at(passed=0.1, spacing=spacing, falloff=falloff).values
     assert (effect.contradiction(values) is not None) == denied
-    assert effect.strained(values, None) == denied
+    assert effect.strained(values, BINS_OF_4_CM) == denied
 
 
 @pytest.mark.parametrize(
     ("passed", "stretched"), [([0.95, 0, 0.02, 0], True), ([0.4, 0, 0.1, 0], False), (0.95, False)]
 )
 def test_a_sheet_before_one_zone_that_lets_all_pass_is_rather_a_delay(passed, stretched):
-    assert effect.strained(effect.at(passed=passed, spacing=0.01).values, None) == stretched
+    assert effect.strained(effect.at(passed=passed, spacing=0.01).values, BINS_OF_4_CM) == stretched
+
+
+@pytest.mark.parametrize(("spacing", "stretched"), [(0.003, True), (-0.003, True), (0.005, False), (-0.05, False)])
+def test_a_sheet_where_the_first_surface_is_is_rather_its_brightness(spacing, stretched):
+    assert effect.strained(effect.at(passed=0.1, spacing=spacing).values, BINS_OF_4_CM) == stretched
 
 
 def boxed(small):
