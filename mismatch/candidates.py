@@ -95,15 +95,19 @@ def cost(simulation: Simulation, fitted: Fit) -> float:
 
     What the data gave zone by zone, which zones are late or share a converter, is a choice for each; that an effect
     sets in with some frame is one of as many as there are frames. Any other number that the data gave, and no fit
-    varied, is a parameter like others. And each effect is one of as many as there are.
+    varied, is a parameter like others, or one of as many as it is large where it is whole. And each effect is one of
+    as many as there are.
     """
     given = [(form, name) for form in fitted.forms for name in form.given]
     chosen = sum(np.size(form.start[n]) for form, n in given if np.ndim(form.start[n]))
     onsets = sum(name == "since" for _, name in given)
-    numbers = sum(n != "since" and not np.ndim(f.start[n]) and suggests(f, f.effect.parameter(n)) for f, n in given)
-    choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets
+    single = [(f, n) for f, n in given if n != "since" and not np.ndim(f.start[n])]
+    numbers = [float(f.start[n]) for f, n in single if suggests(f, f.effect.parameter(n))]
+    whole = [2 * np.log(2 + abs(number)) for number in numbers if number.is_integer()]
+    choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets + sum(whole)
     choices += 2 * np.log(len(all_effects())) * len(fitted.forms)
-    return price(simulation) * (len(fitted.x) + numbers) + choices + strain(simulation, fitted)
+    counted = len(fitted.x) + len(numbers) - len(whole)
+    return price(simulation) * counted + choices + strain(simulation, fitted)
 
 
 def strain(simulation: Simulation, fitted: Fit) -> float:

@@ -22,7 +22,7 @@ class TwoSlopes(Effect):
     sentence = "the counter goes on more slowly above a number of counts"
     forms = (("lost", "above"),)
     parameters = (
-        Parameter("lost", "1", -3.0, 0.99, 0.2, "Part of what exceeds it; more is counted where negative.", 0.0),
+        Parameter("lost", "1", -3.0, 0.8, 0.2, "Part of what exceeds it; more is counted where negative.", 0.0),
         Parameter("above", "counts", 1.0, 1e9, 1e3, "Counts from which on."),
     )
 
