@@ -67,6 +67,7 @@ class FootprintBlur(Effect):
             low=0.0,
             high=1.0,
             start=0.0,
+            tries=(1.0,),
             sentence="Part of the kernel that is a round patch, even to its edge; the rest is a Gaussian.",
         ),
         Parameter(
