@@ -13,6 +13,8 @@ from mismatch.simulation import Simulation
 OTHERS = 2
 # Twice the logarithm of the odds at which two causes are believed in place of one with a number for each zone.
 TWO_FOR_ONE = 10.0
+# So many numbers make a shape that may hold two causes: a drift that slows down beside one of another kind.
+RICH = 3
 # Deviance that is much to gain, and part of it that frames held out should gain at least to judge it.
 MUCH, HARDLY = 100.0, 0.1
 
@@ -22,7 +24,8 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
 
     The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
     stretched or leaves something, unless it is as many effects as there may be: then none of the library's will do.
-    One that has a number for each zone may take up two causes whole. At the end each is chosen anew beside the others.
+    One that has a number for each zone, or many, may take up two causes whole. At the end each is chosen anew beside
+    the others.
     """
     return exchanged(train, test, forms, _likeliest(train, test, forms))
 
@@ -56,18 +59,26 @@ def unjudged(last: Round) -> bool:
 
 
 def _two_for_one(train: Simulation, test: Simulation, forms: list[Form], best: list[Round]) -> list[Round]:
-    """The selection begun with the same effect alike in all zones, where it leads to two effects that are likelier."""
+    """The selection begun with the same effect in its plainest form, where that leads to two that are likelier."""
     alone = best[-1].before.forms
-    if len(alone) > 1 or not alone[0].own or train.work.enough:
+    if len(alone) > 1 or train.work.enough:
         return best
-    plain = (c for c in best[0].candidates if c.form.effect is alone[0].effect and not c.form.own)
-    candidate = next((c for c in plain if c.stands_out(len(best[0].candidates))), None)
-    if candidate is None:
+    plain = [c for c in best[0].candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]
+    plain = [c for c in plain if c.stands_out(len(best[0].candidates))]
+    if not plain:
         return best
+    candidate = min(plain, key=lambda c: (len(c.form.coordinates), c.criterion))
     other = begun_with(train, test, forms, best[0], candidate, richer=False)
     if len(other[-1].before.forms) < 2:
         return best
     return other if _evidence(train, test, other) > _evidence(train, test, best) + TWO_FOR_ONE else best
+
+
+def _plainer(form: Form, other: Form) -> bool:
+    """Whether it has less to fit: one number for all zones, or fewer where that has many."""
+    if other.own:
+        return not form.own
+    return len(form.coordinates) < len(other.coordinates) >= RICH
 
 
 def _evidence(train: Simulation, test: Simulation, rounds: list[Round]) -> float:

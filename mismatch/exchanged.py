@@ -1,15 +1,17 @@
 """An effect that was chosen before others, chosen anew beside them: it may have taken up parts of what they are."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from mismatch.absorbed import absorbed
-from mismatch.candidates import candidates_of
-from mismatch.fit import Fit
+from mismatch.candidates import candidate, candidates_of
+from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.ranking import ranked
 from mismatch.rivals import evidence
-from mismatch.selection import MOST_EFFECTS, Round, most_promising, onward, others_than, without
+from mismatch.selection import MOST_EFFECTS, Round, coordinates, most_promising, onward, others_than, without
 from mismatch.simulation import Simulation
 
 # Part of what an effect gains beside the others that another must promise to be fitted in its place.
@@ -24,30 +26,54 @@ def exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: li
     And none of them is superfluous once another is let be richer. As they were, where that holds.
     """
     for _ in range(MOST_EFFECTS):
-        before, found = rounds, rounds[-1].before
+        found = rounds[-1].before
         less = absorbed(train, test, forms, found)
         if less is not found:
             there = {form.effect.id for form in less.forms}
             stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect.id in there]
             rounds = onward(train, test, forms, stay, less)
-        rounds = _one_exchanged(train, test, forms, rounds)
-        if rounds is before:
+        rounds, other = _one_exchanged(train, test, forms, rounds)
+        if less is found and not other:
             break
     return rounds
 
 
-def _one_exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]) -> list[Round]:
-    """Rounds in which one effect, chosen beside all others, has taken the place of one that was chosen before them."""
+def _one_exchanged(
+    train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]
+) -> tuple[list[Round], bool]:
+    """Rounds in which one effect, chosen beside all others, has taken the place of one that was chosen before them.
+
+    And whether one has. Where none has, what may stand in the place of each was tried beside all others.
+    """
     found = rounds[-1].before
     for form in found.forms[:-1]:
         if train.work.enough:
             break
         other = _in_place_of(train, test, forms, found, form)
-        if other is None or evidence(train, test, other.chosen.fit) < evidence(train, test, found) + ODDS:
+        if other is None:
+            continue
+        if evidence(train, test, other.chosen.fit) < evidence(train, test, found) + ODDS:
+            rounds = _beside_all(train, test, rounds, form, other)
             continue
         stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect is not form.effect]
-        return onward(train, test, forms, [*stay, other], other.chosen.fit)
-    return rounds
+        return onward(train, test, forms, [*stay, other], other.chosen.fit), True
+    return rounds, False
+
+
+def _beside_all(train: Simulation, test: Simulation, rounds: list[Round], form: Form, other: Round) -> list[Round]:
+    """With the round in which others were tried in the place of an effect for that which chose it before the rest."""
+    found = rounds[-1].before
+    order = (*(each for each in found.forms if each is not form), form)
+    x = np.concatenate([found.x[:1], *(coordinates(found, each) for each in order)])
+    here = fit(train, order, x, found.frame_gain_sigma, most_steps=0)
+
+    def anew(one: Round) -> Round:
+        if one.chosen is None or one.chosen.form.effect is not form.effect:
+            return one
+        chosen = candidate(train, test, other.before, replace(one.chosen.score, form=form), here)
+        return replace(other, candidates=(chosen, *other.candidates), chosen=chosen)
+
+    return [anew(one) for one in rounds]
 
 
 def _in_place_of(train: Simulation, test: Simulation, forms: list[Form], found: Fit, form: Form) -> Round | None:

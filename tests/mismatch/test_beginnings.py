@@ -91,23 +91,34 @@ def test_what_is_left_by_nothing_or_by_all_that_may_be_is_left(tried, effects, o
     assert bool(tried.begun) == others
 
 
+RICH, PLAIN = (("passed",), 4), ((), 2)
+
+
 @pytest.mark.parametrize(
-    ("effects", "likelihood", "kept"),
-    [(2, 21.0, "pair"), (2, 19.0, "zones"), (1, 40.0, "zones")],
+    ("effects", "likelihood", "whole", "other", "kept"),
+    [
+        (2, 21.0, RICH, PLAIN, "pair"),
+        (2, 19.0, RICH, PLAIN, "zones"),
+        (1, 40.0, RICH, PLAIN, "zones"),
+        (2, 21.0, ((), 3), ((), 1), "pair"),  # A shape of three numbers for one of one.
+        (2, 21.0, ((), 3), ((), 3), "zones"),
+        (2, 21.0, ((), 2), ((), 1), "zones"),
+        (2, 21.0, RICH, (("passed",), 3), "zones"),
+    ],
 )
-def test_one_effect_with_a_number_for_each_zone_may_be_two(tried, monkeypatch, effects, likelihood, kept):
-    """Begun with the same number for all zones, before that may become one for each; believed at odds that tell."""
+def test_one_effect_of_many_numbers_may_be_two(tried, monkeypatch, effects, likelihood, whole, other, kept):
+    """Begun with fewer, before they may become many; believed at odds that tell."""
     effect = SimpleNamespace(id="surface")
 
-    def form(*own):
-        return SimpleNamespace(effect=effect, own=own)
+    def form(own=(), many=1):
+        return SimpleNamespace(effect=effect, own=own, coordinates=[None] * many)
 
     def fits(name, forms, candidates):
         before = SimpleNamespace(forms=forms, settings=(), gain=1.0, name=name)
         return [SimpleNamespace(candidates=candidates, before=before, minor=None)]
 
     zones, alike = candidate("surface"), candidate("surface")
-    zones.form, alike.form = form("passed"), form()
+    zones.form, alike.form, alike.criterion = form(*whole), form(*other), 1.0
     monkeypatch.setattr(beginnings, "select", lambda *_: fits("zones", (zones.form,), [zones, alike]))
 
     def begun_with(train, test, forms, first, other, richer=True):

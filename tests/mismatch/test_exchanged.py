@@ -1,5 +1,6 @@
 """Zones that arrive late and another pulse: what is chosen first may be neither."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from mismatch.exchanged import exchanged
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
+from mismatch.score import Score
 from mismatch.selection import Round
 from physics.effects import find_effect
 
@@ -51,3 +53,22 @@ def test_one_effect_is_beside_no_other(parts):
     train, test = parts
     rounds = beginning(train, "range_walk")
     assert exchanged(train, test, FORMS, rounds) is rounds
+
+
+def test_what_may_stand_in_the_place_of_the_first_was_tried_beside_the_last(parts, monkeypatch):
+    train, test = parts
+    monkeypatch.setattr("mismatch.exchanged.ODDS", np.inf)
+    rounds = beginning(train, "range_walk", "zone_gain")
+    found = exchanged(train, test, FORMS, [replace(one, chosen=scored(one.chosen)) for one in rounds])
+    assert [form.effect.id for form in found[-1].before.forms] == ["range_walk", "zone_gain"]
+    first = found[0]
+    assert [form.effect.id for form in first.before.forms] == ["zone_gain"]
+    assert first.chosen is first.candidates[0]
+    assert [form.effect.id for form in first.chosen.fit.forms] == ["zone_gain", "range_walk"]
+    assert first.chosen.fit.deviance == pytest.approx(found[-1].before.deviance, rel=1e-9)
+    assert {c.form.effect.id for c in first.candidates[1:]} == {"time_zero_offset"}
+
+
+def scored(chosen):
+    """What was chosen, with a score."""
+    return chosen and SimpleNamespace(**vars(chosen), score=Score(chosen.form, np.ones(4), 1.0, 4, -1.0, 1.0))
