@@ -17,8 +17,8 @@ from mismatch.score import Score, start_of
 from mismatch.selection import without
 from mismatch.simulation import Simulation
 
-# Twice the logarithm of the odds that a cause outside must have over the names it would replace: e to 1.
-ODDS = 2.0
+# Twice the logarithm of the odds that a cause outside must have over the names it would replace: 20 to 1.
+ODDS = 6.0
 # One that promises less than this part of what the names gain cannot come near; so many are fitted, in so many forms.
 PROMISING, FITTED, FORMS = 0.5, 4, 2
 

@@ -13,12 +13,14 @@ SETTLED = 0.3
 
 
 class GainDrift(Effect):
-    """After t seconds there are g = exp(rate·t + curve·t² + warmup·exp(-t/τ) + w(t)) times the counts of laser light.
+    """After t seconds there are g times the counts of laser light, and
+
+        g = exp(rate·(t - zero_at) + curve·t² + warmup·exp(-t/τ) + w(t))
 
     A factor that stays positive; a laser that warms up settles exponentially. What follows no formula walks or jumps:
     w(t) is a spline through 0 at the start and levels at even times, and a jump (`physics.walk`). The background has
     g(t)^background times its counts: the laser's power leaves it as it is (0), the detector's sensitivity drifts for
-    both alike (1).
+    both alike (1). Detectors of some zones may drift faster than those of others, and be alike at `zero_at`.
     """
 
     id = "gain_drift"
@@ -38,7 +40,9 @@ class GainDrift(Effect):
         (*LEVELS, "background"),
         (*LEVELS, *BETWEEN, "background"),
         ("jump", "background"),
+        ("rate", "curve", "zero_at", "background"),
     )
+    richer = forms[-1:]
     parameters = (
         Parameter(
             "rate",
@@ -47,6 +51,7 @@ class GainDrift(Effect):
             high=10.0,
             start=0.01,
             vanishes_at=0.0,
+            axis="zone",
             sentence="Relative change of the counts per second, compounded.",
         ),
         Parameter(
@@ -65,6 +70,7 @@ class GainDrift(Effect):
             high=2.0,
             start=0.05,
             vanishes_at=0.0,
+            axis="zone",
             sentence="Logarithm of the factor at the start of the session, over that in the end.",
         ),
         Parameter(
@@ -76,6 +82,7 @@ class GainDrift(Effect):
             tries=(0.5, 5.0),
             sentence="Time constant of the warming up.",
         ),
+        Parameter("zero_at", "s", 0.0, 1e5, 0.0, "When zones that drift at different rates are alike.", tries=(0.1,)),
         *walk_parameters("1", 5.0, 0.05),
         Parameter(
             "background",
@@ -91,9 +98,10 @@ class GainDrift(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Signal and background of every frame times the factors of its time."""
         time_s = rendering.light.time_s[:, None, None]
-        change = (values["rate"] + values["curve"] * time_s) * time_s
+        rate, warmup = (np.atleast_1d(values[name])[:, None] for name in ("rate", "warmup"))
+        change = rate * (time_s - values["zero_at"]) + values["curve"] * time_s**2
         # No laser changes by more than this; beyond, numbers overflow.
-        change = change + values["warmup"] * np.exp(-time_s / values["tau"]) + walked(values, time_s)
+        change = change + warmup * np.exp(-time_s / values["tau"]) + walked(values, time_s)
         change = np.clip(change, -MOST, MOST)
         # Of what an effect before this one has taken away there cannot be more than there is.
         background = np.minimum(rendering.background, rendering.expected)
@@ -110,7 +118,7 @@ class GainDrift(Effect):
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A warming up that has hardly begun when the session ends is another level, not a drift."""
         lost = -np.expm1(-np.ptp(rendering.light.time_s) / values["tau"])
-        return bool(values["warmup"]) and lost < SETTLED
+        return bool(np.any(values["warmup"])) and lost < SETTLED
 
 
 effect = GainDrift()

@@ -34,7 +34,7 @@ class LevelBroadening(Effect):
             power=2.0,
             sentence="Standard deviation at that level.",
         ),
-        Parameter("power", "1", 0.1, 4.0, 1.0, "Power of the signal by which variance grows.", tries=(1.0, 2.0)),
+        Parameter("power", "1", 0.5, 4.0, 1.0, "Power of the signal by which variance grows.", tries=(1.0, 2.0)),
         Parameter("share", "1", 0.0, 10.0, 0.05, "Part of photons whose time is off at that level.", vanishes_at=0.0),
         Parameter("amiss", "s", 1e-11, 3e-9, 5e-10, "Standard deviation by which it is."),
         Parameter("level", "counts", 1.0, 1e9, 1e4, "Counts of signal in a zone and frame."),

@@ -5,15 +5,29 @@ from dataclasses import replace
 import numpy as np
 
 from physics.effect import Values
+from physics.single_photons.draw import by_zone
 from physics.single_photons.walking import height_by_now
-from physics.single_photons.world import World
+from physics.single_photons.world import Photons, World
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
-    """All light of the laser in one proportion, and the background in a power of it."""
-    cold = np.exp(-world.time_s / values["tau"])
-    times = np.exp(values["rate"] * world.time_s) * np.exp(values["warmup"]) ** cold
-    times = times * np.exp(values["curve"]) ** (world.time_s * world.time_s)
-    times = times * np.exp(height_by_now(values, world.time_s))
-    dark = world.background * times ** values["background"]
-    return replace(world, gain=world.gain * times, boost=world.boost * times, background=dark)
+    """As many photons for all as the zone counts that has become most sensitive; the background in a power of it."""
+    times = _times(world, values)
+    most, dark = float(times.max()), world.background * times ** values["background"]
+    return replace(world, gain=world.gain * most, boost=world.boost * most, background=dark)
+
+
+def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Of these the other zones lose their part; of the background they have had it."""
+    times = _times(world, values)
+    if np.ptp(times) == 0:
+        return photons
+    return photons.only(rng.random(len(photons)) < (times / times.max())[photons.zone])
+
+
+def _times(world: World, values: Values) -> np.ndarray:
+    """(P,) factor of each zone by now."""
+    now = world.time_s
+    settled = by_zone(world, values["warmup"]) * np.exp(-now / values["tau"])
+    common = values["curve"] * now**2 + height_by_now(values, now)
+    return np.exp(by_zone(world, values["rate"]) * (now - values["zero_at"]) + settled + common)

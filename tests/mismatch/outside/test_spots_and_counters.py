@@ -131,3 +131,21 @@ def test_a_counter_of_two_slopes(scene):
     found = changed(model, "two_slopes", lost=0.3, above=half)
     np.testing.assert_array_equal(found[plain <= half], plain[plain <= half])
     np.testing.assert_allclose(found[plain > half], half + 0.7 * (plain[plain > half] - half), rtol=1e-12)
+
+
+def test_a_driver_that_rings(scene, maps):
+    """Against the pulse with what follows it, summed term by term."""
+    _, light, clock = scene
+    where, tau, period = footprints(maps, light.range_m.shape[1:]), 0.8e-9, 1.5e-9
+    cause = CAUSES["ringing"].at(share=0.3, tau=tau, period=period)
+    found = cause.effect.clock(cause.values, Rendering(light, where, clock, 1.0)).pulse
+    pulse, step = clock.pulse.probability, clock.pulse.step_s
+    wave = [np.exp(-k * step / tau) * np.sin(2 * np.pi * k * step / period) for k in range(int(8 * tau / step) + 2)]
+    strength = 0.3 / np.abs(wave).sum()
+    for i in (5, 40, 90):
+        before = sum(pulse[j] * wave[i - j] for j in range(min(i + 1, len(pulse))) if i - j < len(wave))
+        own = pulse[i] if i < len(pulse) else 0.0
+        ratio = max(own + strength * before, 0) / max(pulse[3] + strength * pulse[:3] @ wave[3:0:-1], 1e-30)
+        assert found.probability[i] / found.probability[3] == pytest.approx(ratio, rel=1e-6, abs=1e-9)
+    assert found.probability.sum() == pytest.approx(pulse.sum())
+    np.testing.assert_allclose(found.time_s[:5], clock.pulse.time_s[:5])

@@ -42,6 +42,18 @@ def test_each_frame_is_that_of_a_sensor_of_other_power_or_sensitivity(small, sha
         np.testing.assert_allclose(found[i], other)
 
 
+def test_zones_may_drift_each_at_its_own_rate(small):
+    model = ForwardModel(small.light, small.footprints, small.clock, [3.0, 1, 0, 8])
+    rates, warmups = np.array([2.0, -1, 0, 0.5]), np.array([0.3, 0, 0.1, -0.2])
+    found = model.expected(50.0, [effect.at(rate=rates, warmup=warmups, tau=0.15, background=1)])
+    for zone in range(4):
+        alone = effect.at(rate=float(rates[zone]), warmup=float(warmups[zone]), tau=0.15, background=1)
+        np.testing.assert_allclose(found[:, zone], model.expected(50.0, [alone])[:, zone], rtol=1e-12)
+    # Alike in the second of three frames.
+    found = model.expected(50.0, [effect.at(rate=rates, zero_at=0.1)])
+    np.testing.assert_allclose(found[1], model.expected(50.0)[1], rtol=1e-12)
+
+
 def test_a_pedestal_is_background_and_no_laser_dims_it(model):
     both = model.expected(50.0, [effect.at(rate=4), pedestal.at(level=7)])
     np.testing.assert_allclose(both - model.expected(50.0, [effect.at(rate=4)]), 7)

@@ -83,6 +83,8 @@ STRENGTHS = {
         {"rate": 4, "curve": -10, "background": 0.5},
         {"level_1": 0.4, "level_2": -0.3, "between_2": 0.2, "level_6": 0.5, "every": 0.05, "background": 1},
         {"jump": -0.6, "jump_at": 0.05},
+        {"rate": [2, -3, 0, 4], "zero_at": 0.04, "background": 1},
+        {"warmup": [0.6, 0, -0.4, 0.2], "tau": 0.1, "background": 0.5},
     ],
     "impulse_tail": [
         {"share": 0.5, "tau": 6e-10},
