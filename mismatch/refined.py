@@ -73,8 +73,11 @@ def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
 
 
 def _within(other: Form, form: Form) -> bool:
-    """Whether a form has less in it than another, of the same strengths or some of them."""
-    return set(other.free) < set(form.free) and set(other.own) == set(form.own) & set(other.free)
+    """Whether a form has less in it than another: less that is free, or one number where zones have their own."""
+    free, own = (set(of) for of in (other.free, other.own))
+    if own == set(form.own) & free:
+        return free < set(form.free)
+    return free == set(form.free) and not own
 
 
 def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:

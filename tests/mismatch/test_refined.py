@@ -109,6 +109,17 @@ def test_an_earlier_effect_gives_up_what_another_came_to_say(drawn):
     assert found.deviance == pytest.approx(both.deviance, abs=3)
 
 
+def test_an_earlier_effect_has_one_number_where_zones_are_alike(drawn):
+    """Its zones had differed for want of what came beside it."""
+    simulation = drawn(6, "ambient_pedestal", level=3.0)
+    pedestal = next(f for f in FORMS if f.effect.id == "ambient_pedestal" and f.own == ("level",))
+    offset = common("time_zero_offset")
+    both = fit(simulation, (pedestal, offset), np.concatenate([fit_nominal(simulation).x, pedestal.at_start(), [0.0]]))
+    found = plainer(simulation, both, FORMS)
+    assert (found.forms[0].free, found.forms[0].own) == (("level",), ())
+    assert found.settings[0].values["level"] == pytest.approx(3, abs=0.2)
+
+
 def test_an_earlier_effect_keeps_what_nothing_else_says(drawn):
     simulation = drawn(6, "ambient_pedestal", level=[0.0, 2.0, 6.0, 1.0])
     pedestal = next(f for f in FORMS if f.effect.id == "ambient_pedestal" and f.own == ("level",))
