@@ -66,3 +66,12 @@ def _products(coordinates: list[np.ndarray], powers: dict[str, tuple[int, ...]])
             for _ in range(order):
                 product *= coordinate
     return found
+
+
+def passing(range_m: np.ndarray) -> float:
+    """By what part of itself the range of a pixel (F, H, W) varies over the frames; the median of those seen in all."""
+    seen = (range_m > 0).all(axis=0)
+    if not seen.any():
+        return 0.0
+    ranges = range_m[:, seen]
+    return float(np.median(np.ptp(ranges, axis=0) / ranges.mean(axis=0)))

@@ -13,6 +13,7 @@ from physics.effect import Effect, Setting
 from physics.effects import all_effects
 from physics.footprint import footprints
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 from physics.simulate import light_of
 from physics.single_photons.acts import all_acts
 from physics.single_photons.engine import record
@@ -51,14 +52,19 @@ def draw_case(rng: np.random.Generator) -> Case:
         if not fullest > 0:
             continue
         gain = rig.peak / fullest
-        concealed = _concealed(rng, kind, model, gain)
+        rendering = Rendering(light, where, rig.sensor.clock, gain, background=model.expected(0.0)[:1, :, :1])
+        concealed = _concealed(rng, kind, model, rendering)
         if concealed is not None:
             return _recorded(rng, rig, views, gain, kind, *concealed)
     raise Refusal(f"no scene in {TRIES} showed a cause of kind {kind}, expected one")
 
 
-def _concealed(rng, kind: str, model: ForwardModel, gain: float):
-    """Settings, a stranger's change of counts or None, and its name; None where the cause does not show."""
+def _concealed(rng, kind: str, model: ForwardModel, rendering: Rendering):
+    """Settings, a stranger's change of counts or None, and its name; None where the cause does not show.
+
+    Nor what nobody would call by its name: that of surfaces where it stays in the view and they do not.
+    """
+    gain = rendering.gain
     nominal, dark = model.expected(gain), model.expected(0.0)
     if kind == "nothing":
         return (), None, None, 0.0
@@ -77,7 +83,7 @@ def _concealed(rng, kind: str, model: ForwardModel, gain: float):
     for name in names:
         setting = draw_setting(rng, all_effects()[str(name)], model, gain, nominal, target)
         setting = None if setting is None else _whole(setting)
-        if setting is None:
+        if setting is None or setting.effect.strained(setting.values, rendering):
             return None
         settings.append(setting)
     try:

@@ -8,13 +8,15 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
-from physics.texture import COARSE, PRODUCTS, SPACE, VIEW
+from physics.texture import COARSE, PRODUCTS, SPACE, VIEW, passing
 from physics.told_apart import BOTH, REFLECTANCE, WHICH, surfaces_alone
 
 # Surfaces that a fit tries alone, and gaps in range that it tries as ends of what is near.
 ALONE, GAPS = 8, 4
 # Logarithm of a factor beyond which no fit has any business; larger ones are no numbers soon.
 LARGEST = 20.0
+# Where ranges vary by more than this the sensor moves, or what it sees.
+PASSING = 0.03
 
 
 class ReflectanceMap(Effect):
@@ -173,6 +175,11 @@ class ReflectanceMap(Effect):
         lit = replace(direct, strength=(direct.strength * factor).astype(np.float32))
         reflectance = (light.reflectance * factor).astype(np.float32)
         return replace(light, reflectance=reflectance, returns=(lit, *others), assumed=light.assumed_reflectance)
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """What is fixed in the view while surfaces pass there is the optics', not theirs."""
+        fixed = values["spot"] or any(values[name] for name in VIEW)
+        return bool(fixed) and passing(rendering.light.range_m) > PASSING
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Each of the largest surfaces alone; what is nearer than gaps in range; several materials."""

@@ -65,6 +65,7 @@ def test_a_stale_frame(scene):
     plain, found = model.expected(1000.0), changed(model, "stale_frame", share=0.2, age=2)
     np.testing.assert_allclose(found[5], 0.8 * plain[5] + 0.2 * plain[3], rtol=1e-12)
     np.testing.assert_allclose(found[1], 0.8 * plain[1] + 0.2 * plain[0], rtol=1e-12)
+    np.testing.assert_allclose(changed(model, "stale_frame", first=0.1)[3], plain[3] + 0.1 * plain[0], rtol=1e-12)
 
 
 def test_an_early_pulse_comes_whole_bins_before(scene):

@@ -149,3 +149,20 @@ def test_a_driver_that_rings(scene, maps):
         assert found.probability[i] / found.probability[3] == pytest.approx(ratio, rel=1e-6, abs=1e-9)
     assert found.probability.sum() == pytest.approx(pulse.sum())
     np.testing.assert_allclose(found.time_s[:5], clock.pulse.time_s[:5])
+
+
+def test_dirt_on_the_lens(scene, maps):
+    model, light, clock = scene
+    where, values = footprints(maps, light.range_m.shape[1:]), {"across": 0.3, "down": 0.3, "wide": 0.1}
+    cause = CAUSES["lens_dirt"].at(dark=0.6, **values)
+    found = cause.effect.footprints(cause.values, Rendering(light, where, clock, 1.0)).weights
+    rows, columns = found.shape[1:]
+    for v, u in ((2, 4), (5, 8)):
+        square = ((u + 0.5) / columns - 0.3) ** 2 + (((v + 0.5) / rows - 0.3) * rows / columns) ** 2
+        there = 1 - 0.6 * np.exp(-square / 0.02)
+        np.testing.assert_allclose(found[:, v, u], there * where.weights[:, v, u], rtol=1e-5)
+    plain, darker = model.expected(1000.0), changed(model, "lens_dirt", dark=0.6, **values)
+    rendering = SimpleNamespace(footprints=where, background=BACKGROUND[:, None])
+    first = CAUSES["lens_dirt"].starts(darker - plain, plain, rendering)[0]
+    assert first["across"] < 0.45
+    assert first["down"] < 0.45

@@ -197,3 +197,13 @@ def test_pixels_that_see_nothing_are_on_no_side_of_a_gap():
     holes = light.range_m.copy()
     holes[:, 0], holes[:, 1], holes[:, 2] = np.inf, np.nan, 0
     assert near_ranges(replace(light, range_m=holes)) == near_ranges(light) != []
+
+
+@pytest.mark.parametrize(("values", "fixed"), [({"spot": 0.3}, True), ({"slope_x": 0.3}, True), ({"one": 0.3}, False)])
+def test_what_stays_in_the_view_while_surfaces_pass_is_not_theirs(values, fixed):
+    still = np.full((4, 5, 6), 0.8)
+    nearing = still * (1 - 0.05 * np.arange(4))[:, None, None]
+    nearing[0, 0, 0] = np.nan
+    for ranges, passing in ((still, False), (nearing, True)):
+        rendering = SimpleNamespace(light=SimpleNamespace(range_m=ranges))
+        assert effect.strained(effect.at(**values).values, rendering) == (fixed and passing)
