@@ -74,13 +74,7 @@ class SecondSurface(Effect):
             sentence="Part of the light that the first surface does not send back, for the second to return.",
         ),
         Parameter(
-            "covered",
-            "1",
-            0.0,
-            1.0,
-            0.1,
-            "The same, of surfaces between `nearest` and `farthest` only.",
-            vanishes_at=0.0,
+            "covered", "1", 0.0, 1.0, 0.1, "The same, of surfaces within `nearest` and `farthest`.", vanishes_at=0.0
         ),
         Parameter("one", "1", 0.0, 1.0, 0.1, "The same, of surface number `surface` only.", vanishes_at=0.0),
         *WHICH,
