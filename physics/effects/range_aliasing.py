@@ -12,6 +12,8 @@ from physics.tracks import straight_tracks
 
 # A steadier laser than this is as good as steady, and what is divided by must not vanish.
 LEAST_JITTER_S = 1e-14
+# No laser's period varies so much by chance, and few targets are so deep (0.45 m); rising dark counts are as broad.
+BROADEST_S = 3e-9
 
 
 class RangeAliasing(Effect):
@@ -140,6 +142,10 @@ class RangeAliasing(Effect):
         cumulative = (_integral(pulse, after_s + jitter) - _integral(pulse, after_s - jitter)) / (2 * jitter)
         # Rounding makes an empty bin's share a little less than nothing.
         return np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """A pulse so broad is what counts that no light leaves look like."""
+        return bool(np.any(values["counts"])) and values["spread"] > BROADEST_S
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Straight lines through frames and bins along which most is in excess, no faster than targets are.

@@ -53,6 +53,11 @@ def test_it_suggests_where_a_pulse_is_in_one_zone_only(model, small, apparent, s
         assert {start[name] for start in starts if name in start} == set(effect.parameter(name).tries)
 
 
+@pytest.mark.parametrize(("counts", "spread", "stretched"), [(50, 4e-9, True), (50, 2e-9, False), (0, 4e-9, False)])
+def test_a_pulse_that_is_broader_than_targets_is_stretched(counts, spread, stretched):
+    assert effect.strained(effect.at(counts=counts, apparent_range=0.6, spread=spread).values, None) == stretched
+
+
 def test_a_period_that_varies_by_chance_makes_a_longer_pulse(model, small):
     """Against the mean of pulses at ranges that a normal density weights."""
     sigma, nodes = 3e-10, np.linspace(-6, 6, 301)
