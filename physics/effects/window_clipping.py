@@ -1,6 +1,7 @@
 """`window_clipping`: counts are looked for in a window, which cuts off part of a pulse."""
 
 import numpy as np
+from scipy.special import expit
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
@@ -15,8 +16,10 @@ class WindowClipping(Effect):
     """Counts before and after the window are not there; of a bin that its edge divides, the part inside is.
 
     Where the edge is soft the part that is kept falls evenly over `softness` bins outwards from the edge: of bin t it
-    is 1 - (early - t) / softness, within 0 and 1. Of what is not kept the share `lost` is lost, and of the background,
-    which may be set aside before and put back, the share lost · background. Each zone may have a window of its own.
+    is 1 - (early - t) / softness, within 0 and 1. Where it is rounded, as where a gate takes time to open, the part
+    `rounded` of it goes by the logistic curve that is as steep where it falls to half, in the same place (an error
+    function is within 1 % of one). Of what is not kept the share `lost` is lost, and of the background, which may be
+    set aside before and put back, the share lost · background. Each zone may have a window of its own.
     """
 
     id = "window_clipping"
@@ -35,7 +38,10 @@ class WindowClipping(Effect):
         ("early", "softness", "lost", "background"),
         ("late", "softness", "lost", "background"),
         ("early", "late", "softness", "lost", "background"),
+        ("early", "softness", "rounded", "lost", "background"),
+        ("late", "softness", "rounded", "lost", "background"),
     )
+    richer = forms[-2:]
     parameters = (
         Parameter(
             "early",
@@ -69,6 +75,14 @@ class WindowClipping(Effect):
             sentence="Over how many bins the window closes, outwards from its edge; 1 where the edge is sharp.",
         ),
         Parameter(
+            "rounded",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.0,
+            sentence="How much its edges are rounded: 0 a straight ramp, 1 a logistic curve.",
+        ),
+        Parameter(
             "lost",
             unit="1",
             low=LEAST_LOST,
@@ -91,8 +105,8 @@ class WindowClipping(Effect):
         """Counts less what lies outside the window."""
         bins = np.arange(rendering.expected.shape[-1])
         early, late = (np.atleast_1d(values[name])[:, None] for name in ("early", "late"))
-        before, after = ((early - bins) / values["softness"], (bins + 1 - len(bins) + late) / values["softness"])
-        missed = values["lost"] * np.minimum(np.clip(before, 0, 1) + np.clip(after, 0, 1), 1)
+        outside = _closed(values, early, bins) + _closed(values, late, bins[::-1])
+        missed = values["lost"] * np.minimum(outside, 1)
         # Of what an effect before this one has taken away there cannot be more than there is.
         background = np.minimum(rendering.background, rendering.expected)
         return rendering.expected * (1 - missed) + background * (missed * (1 - values["background"]))
@@ -122,6 +136,14 @@ class WindowClipping(Effect):
                 alone = {name: at + (softness - 1) / 2 for name, at in clearer.items()}
                 found.append(alone | {"softness": softness, "lost": 1.0, "background": background})
         return found
+
+
+def _closed(values: Values, edge: np.ndarray, bins: np.ndarray) -> np.ndarray:
+    """(P or 1, T) by how much a window is closed at bins counted from its end, with its edge after (P or 1, 1) bins."""
+    beyond = (edge - bins) / values["softness"]
+    # A slope of 1 in its middle, as the ramp; where there is no edge nothing closes.
+    logistic = np.where(edge > 0, expit(4 * (beyond - 0.5)), 0)
+    return (1 - values["rounded"]) * np.clip(beyond, 0, 1) + values["rounded"] * logistic
 
 
 def _edge(lacking: np.ndarray, there: np.ndarray) -> tuple[float, float, float]:

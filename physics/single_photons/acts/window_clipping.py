@@ -27,10 +27,18 @@ def counted(counts: np.ndarray, world: World, values: Values, rng: np.random.Gen
 
 def _kept(world: World, values: Values) -> np.ndarray:
     """(P, T) share of each bin's counts: between an edge that opens and one that closes."""
-    bins, ends = np.arange(world.bins), np.arange(world.bins, 0, -1)
-    inside = []
+    bins, inside = np.arange(world.bins), []
     for early, late in zip(by_zone(world, values["early"]), by_zone(world, values["late"]), strict=True):
-        opens = np.interp(bins, [early - values["softness"], early], [0, 1])
-        closes = np.interp(ends - 1, [late - values["softness"], late], [0, 1])
+        opens, closes = _opened(values, early, bins), _opened(values, late, bins)[::-1]
         inside.append(np.maximum(opens + closes - 1, 0))
     return 1 - values["lost"] * (1 - np.stack(inside))
+
+
+def _opened(values: Values, edge: float, bins: np.ndarray) -> np.ndarray:
+    """(T,) how far a window has opened at bins after its start; a gate that rises by tanh is the rounded one."""
+    if edge == 0:
+        return np.ones(len(bins))
+    wide = values["softness"]
+    ramp = np.interp(bins, [edge - wide, edge], [0, 1])
+    rising = (1 + np.tanh(2 * (bins - edge + wide / 2) / wide)) / 2
+    return ramp + values["rounded"] * (rising - ramp)

@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import norm
 
 from physics.effects.window_clipping import effect
 from recordings.refusal import Refusal
 
-SHAPE = st.fixed_dictionaries({"softness": st.floats(1, 10), "lost": st.floats(0.3, 1), "background": st.floats(0, 1)})
+SHAPE = st.fixed_dictionaries(
+    {
+        name: st.floats(*within)
+        for name, within in {"softness": (1, 10), "rounded": (0, 1), "lost": (0.3, 1), "background": (0, 1)}.items()
+    }
+)
 
 
 def seen(counts, level=0.0, **values):
@@ -44,6 +50,17 @@ def test_a_soft_edge_loses_evenly_more_from_bin_to_bin():
     np.testing.assert_allclose(found, [0, 0, 2, 4, 6, 8, 8, 8, 8, 8, 8, 8])
     late = seen(np.full((1, 1, 12), 8.0), late=5, softness=4)[0, 0]
     np.testing.assert_allclose(late, found[::-1])
+
+
+def test_a_rounded_edge_is_a_gate_of_finite_rise():
+    """The logistic curve, and within 1 % the integral of a normal density that is 1.702/4 as broad (Haley 1952)."""
+    bins, softness = np.arange(40), 6.0
+    found = seen(np.ones((1, 1, 40)), early=20, softness=softness, rounded=1)[0, 0]
+    np.testing.assert_allclose(found, 1 / (1 + np.exp(-4 * (bins - 17.0) / softness)), atol=1e-12)
+    assert np.abs(found - norm.cdf(bins, 17.0, softness * 1.702 / 4)).max() < 0.0096
+    half = seen(np.ones((1, 1, 40)), early=20, softness=softness, rounded=0.5)[0, 0]
+    ramp = seen(np.ones((1, 1, 40)), early=20, softness=softness)[0, 0]
+    np.testing.assert_allclose(half, (found + ramp) / 2)
 
 
 @given(edge=st.floats(0, 12), shape=SHAPE)

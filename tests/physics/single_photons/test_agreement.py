@@ -235,6 +235,7 @@ STRENGTHS = {
         {"late": 26.1, "lost": 0.5, "background": 0.4},
         {"early": [14.3, 0, 18.1, 16], "late": [0, 20.6, 12, 26], "lost": 0.8},
         {"early": [14.3, 0, 18.1, 16], "softness": 2, "background": 0},
+        {"early": [16.3, 0, 18.1, 16], "late": 22.0, "softness": 4, "rounded": 0.8},
     ],
     "zone_gain": [
         {"factor": [0.7, 1.3, 1, 0]},
