@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import norm
 
 from mismatch.checks import checks
 from mismatch.echoes import echoes
@@ -15,21 +16,25 @@ from mismatch.simulation import Simulation
 from mismatch.tables import tables
 from mismatch.windows import worst_window
 
+# Where counts are trusted less, by how much is a guess that is right to a factor of two in variance.
+GUESSED = float(norm.sf(np.sqrt(2) * norm.isf(SIGNIFICANT)))
+
 
 def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     """Places of what a fit leaves beyond noise; none where noise explains it."""
+    least = SIGNIFICANT if simulation.trust is None else GUESSED
     looked = tables(simulation, fitted)
     mean = FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
     besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, np.maximum(mean, LEAST))]
     window = worst_window(simulation, mean)
     many = len(looked) + len(besides) + 1
     found: list[Place] = []
-    if many * min(table.p_value for table in looked) < SIGNIFICANT:
+    if many * min(table.p_value for table in looked) < least:
         found += places(simulation, fitted)
-    if many * window.p_value < SIGNIFICANT and not found:
+    if many * window.p_value < least and not found:
         found.append(replace(window, p_value=window.p_value * many))
     worst = min(besides, key=lambda check: check.p_value)
-    if many * worst.p_value < SIGNIFICANT and not found:
+    if many * worst.p_value < least and not found:
         found.append(wherever(simulation, worst.p_value * many, worst.sentence, worst.foreign))
     total = max(sum(place.gain for place in found), 1e-12)
     return tuple(replace(place, share=place.gain / total) for place in found)

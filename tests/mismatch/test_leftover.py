@@ -1,0 +1,38 @@
+"""What is left, where counts are sure and where how sure they are is a guess."""
+
+import numpy as np
+import pytest
+
+from mismatch.fit import fit_nominal
+from mismatch.leftover import GUESSED, what_is_left
+
+
+def left(simulated, counts, guessed):
+    simulation = simulated(counts)
+    if guessed:
+        simulation = simulation.trusting(np.ones(simulation.counts.shape))
+    return what_is_left(simulation, fit_nominal(simulation))
+
+
+@pytest.mark.parametrize(("times", "shows", "sure"), [(0.0, False, False), (1.75, True, False), (6.0, True, True)])
+def test_little_is_left_where_trust_is_a_guess_and_much_all_the_same(rig, simulated, times, shows, sure):
+    """A zone that has more in a few bins of a few frames than photon noise allows."""
+    counts = np.random.default_rng(3).poisson(rig.expected()).astype(float)
+    more = np.zeros(counts.shape)
+    more[4:9, 2, 20:26] = times * np.sqrt(rig.expected()[4:9, 2, 20:26] + 4)
+    counts = np.round(counts + more)
+    assert bool(left(simulated, counts, guessed=False)) == shows
+    assert bool(left(simulated, counts, guessed=True)) == sure
+
+
+def test_twice_the_variance_is_what_a_guess_may_be_off_by():
+    """By a normal's tail, worked out by its continued fraction (Abramowitz and Stegun 26.2.14)."""
+    tail = {}
+    for z in (3.0902, 3.0902 * 2**0.5):
+        fraction = z
+        for k in range(60, 0, -1):
+            fraction = z + k / fraction
+        tail[z] = np.exp(-z * z / 2) / np.sqrt(2 * np.pi) / fraction
+    sure, guessed = tail.values()
+    assert sure == pytest.approx(1e-3, rel=1e-3)
+    assert pytest.approx(guessed, rel=2e-3) == GUESSED
