@@ -27,6 +27,9 @@ class BinPhase(Effect):
 
     A peak of bins or a sawtooth has higher harmonics: with `cos_2` ... `sin_3` of cosine and sine at twice and three
     times the phase on top of each cosine above.
+
+    So where the bins of each zone begin elsewhere and each has a phase of its own: all light of a zone and frame counts
+    1 + along · cos(2πt̄/bin_width) + across · sin(2πt̄/bin_width) times.
     """
 
     id = "bin_phase"
@@ -40,7 +43,13 @@ class BinPhase(Effect):
         ),
         LookAlike("reflectance_map", "Step one target by half a bin of range: its reflectance is what it was."),
     )
-    forms = (("depth", "phase"), ("whole", "phase"), ("depth", "phase", *HIGHER), ("whole", "phase", *HIGHER))
+    forms = (
+        ("depth", "phase"),
+        ("whole", "phase"),
+        ("along", "across"),
+        ("depth", "phase", *HIGHER),
+        ("whole", "phase", *HIGHER),
+    )
     richer = forms[-2:]
     parameters = (
         Parameter(
@@ -72,6 +81,20 @@ class BinPhase(Effect):
             tries=(0.0, 0.25, 0.5, 0.75),  # One of them is at most an eighth of a turn away.
             sentence="Where in its bin the pulse counts most: 0 at either edge, 0.5 in the middle.",
         ),
+        Parameter(
+            "along", "1", -1.0, 1.0, 0.05, "By what part a pulse at either edge of a bin counts more.", 0.0, axis="zone"
+        ),
+        Parameter(
+            "across",
+            unit="1",
+            low=-1.0,
+            high=1.0,
+            start=0.05,
+            vanishes_at=0.0,
+            tries=(0.05, -0.05),  # One of them, or its opposite, is at most an eighth of a turn away.
+            axis="zone",
+            sentence="By what part one counts more that is a quarter of a bin after its start.",
+        ),
         *(
             Parameter(
                 name, "1", -2.0, 2.0, 0.0, f"How much of the {name[:3]}ine at {name[-1]} times the phase comes on top."
@@ -90,16 +113,18 @@ class BinPhase(Effect):
         """Light times what its phase makes of it."""
         arrivals, lattice = rendering.arrivals, rendering.arrivals.lattice
         knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
-        turns = knots_s / rendering.clock.bin_width_s - values["phase"]
+        turns = knots_s / rendering.clock.bin_width_s
+        depth, whole, along, across = (
+            np.atleast_1d(values[name])[:, None] for name in ("depth", "whole", "along", "across")
+        )
         # Light between two knots meets the wave's chord, which is flatter than the wave by sinc².
-        wave = _wave(values, turns, lattice.per_bin)
-        depth, whole = (np.atleast_1d(values[name])[:, None] for name in ("depth", "whole"))
-        times = 1 + depth * wave
-        if whole.any():
+        times = 1 + depth * _wave(values, turns - values["phase"], lattice.per_bin)
+        if whole.any() or along.any() or across.any():
             received = arrivals.light.sum(axis=-1, keepdims=True)
             # Light given to two knots in proportion keeps its mean time.
             mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
-            times = times * np.maximum(1 + whole * _wave(values, mean), 0)
+            own = along * np.cos(2 * np.pi * mean) + across * np.sin(2 * np.pi * mean)
+            times = times * np.maximum(1 + whole * _wave(values, mean - values["phase"]) + own, 0)
         return replace(arrivals, light=arrivals.light * np.maximum(times, 0))
 
 

@@ -12,7 +12,7 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many photons for all as are counted at the best phase."""
-    most = (1 + np.max(values["depth"]) * _highest(values)) * (1 + np.max(values["whole"]) * _highest(values))
+    most = (1 + np.max(values["depth"]) * _highest(values)) * _most_of_whole(values)
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
 
@@ -27,8 +27,10 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     turn = (world.time_zero_s[photons.zone] + way_m(photons, world) / speed_of_light) / world.bin_width_s
     wave = np.where(pixel, _shape(values, turn), 0)
     kept = rng.random(len(photons)) * (1 + np.max(values["depth"]) * _highest(values)) < 1 + depth * wave
-    swell = np.where(pixel, _shape(values, _mean_turns(world))[photons.zone], 0)
-    kept &= rng.random(len(photons)) * (1 + np.max(values["whole"]) * _highest(values)) < 1 + whole * swell
+    mean = _mean_turns(world)
+    own = (_by_zone_alone(values) * np.exp(2j * np.pi * mean)).real[photons.zone]
+    swell = np.where(pixel, whole * _shape(values, mean)[photons.zone] + own, 0)
+    kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + swell
     return photons.only(kept)
 
 
@@ -37,6 +39,16 @@ def _shape(values: Values, turn: np.ndarray) -> np.ndarray:
     once = np.exp(2j * np.pi * (turn - values["phase"]))
     higher = [(values[f"cos_{k}"] - 1j * values[f"sin_{k}"]) * once**k for k in (2, 3)]
     return (once + sum(higher)).real
+
+
+def _by_zone_alone(values: Values) -> np.ndarray:
+    """() or (P,) Fourier coefficient of a pulse's phase that each zone has of its own."""
+    return np.asarray(values["along"]) - 1j * np.asarray(values["across"])
+
+
+def _most_of_whole(values: Values) -> float:
+    """How many times a whole pulse counts at most."""
+    return 1 + float(np.max(values["whole"]) * _highest(values) + np.max(np.abs(_by_zone_alone(values))))
 
 
 def _highest(values: Values) -> float:

@@ -143,3 +143,14 @@ def test_each_zone_may_have_a_depth_of_its_own(small):
         for zone, depth in enumerate(depths):
             alone = model.expected(1e3, [effect.at(**{name: depth, "phase": 0.2})])
             np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=2e-3 * alone.max())
+
+
+def test_each_zone_may_have_a_phase_of_its_own(small):
+    """A cosine and a sine are a cosine of another phase."""
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    depths, phases = np.array([0.6, 0.1, 0.3, 0.9]), np.array([0.2, 0.9, 0.5, 0.7])
+    along, across = depths * np.cos(2 * np.pi * phases), depths * np.sin(2 * np.pi * phases)
+    found = model.expected(1e3, [effect.at(along=along, across=across)])
+    for zone, (depth, phase) in enumerate(zip(depths, phases, strict=True)):
+        alone = model.expected(1e3, [effect.at(whole=depth, phase=phase)])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone], rtol=1e-9)
