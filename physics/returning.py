@@ -9,8 +9,9 @@ from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
 from physics.tracks import matched_parts
 
-# A session is crossed so many times at most; slopes are tried in steps of so many bins over the session.
-MOST_CROSSINGS, STEP_BINS = 8, 2
+# A session is crossed so many times at most, and this part of once at least: what moves less seldom leaves and returns.
+# Slopes are tried in steps of so many bins over the session.
+MOST_CROSSINGS, LEAST_CROSSED, STEP_BINS = 8, 0.25, 2
 # Periods of emitters, in windows; so many slopes are tried with each of them.
 SHORTEST, LONGEST, TRIED = 0.5, 2.0, 24
 
@@ -46,7 +47,7 @@ def shares_of_all(
 
 
 def returning_track(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> Returning | None:
-    """The pulse that wanders through the window more than once and explains most of an excess; None where none may.
+    """The pulse that wanders out of the window and returns, and explains most of an excess; None where none may.
 
     excess: (F, P, T) recorded less expected counts. Lines of one slope are added up along the matched filter's output:
     of all zones, to see which slopes may be; then of each, those a period apart together. A zone's strength is its own,
@@ -57,7 +58,7 @@ def returning_track(excess: np.ndarray, expected: np.ndarray, rendering: Renderi
     lasted = max(float(np.ptp(times)), 1e-9)
     # Faster than this a pulse would skip more than itself from one part to the next.
     most = min(MOST_CROSSINGS * bins, parts * bins // 8)
-    slopes = [float(sign * s) for s in range(bins, most + 1, STEP_BINS) for sign in (-1, 1)]
+    slopes = [float(sign * s) for s in range(int(LEAST_CROSSED * bins), most + 1, STEP_BINS) for sign in (-1, 1)]
     all_zones = np.ascontiguousarray(matched.sum(axis=1, keepdims=True))
     lines = []
     for slope in slopes:
