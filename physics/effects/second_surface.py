@@ -21,14 +21,13 @@ NEAREST_M = 0.1
 FALLOFFS = (2.0, 0.0)
 # A surface in front whose light grows with less than this power of its nearness is none.
 NEARER = 1.0
-# So many times as much must tell for part of the surfaces as for all that a fit begins there.
-PARTLY = 1.1
-# What one zone passes more of its light than another of the same sheet, at most.
-UNEVEN = 0.8
-# Two pulses less than this part of a bin apart are one.
-THIN_BINS = 0.1
-# Width of the ends of what is covered, in log range.
-EDGE = 0.02
+# So many times as much must tell for part of the surfaces as for all that a fit begins there. What one zone passes more
+# of its light than another of the same sheet, at most.
+PARTLY, UNEVEN = 1.1, 0.8
+# A thing that sends so much of its light from elsewhere is elsewhere.
+WHOLE = 0.95
+# Two pulses less than this part of a bin apart are one. Width of the ends of what is covered, in log range.
+THIN_BINS, EDGE = 0.1, 0.02
 
 
 class SecondSurface(Effect):
@@ -52,9 +51,7 @@ class SecondSurface(Effect):
         LookAlike("multipath", "Step the target in range: the distance of the two pulses stays, a bounce's changes."),
         LookAlike("impulse_tail", "Put an opaque target in its place: a tail stays, the second surface goes."),
         LookAlike("afterpulsing", "Put an opaque target in its place: an afterpulse stays, the second surface goes."),
-        LookAlike(
-            "range_aliasing", "Step the target in range: the second surface follows, a far target's pulse stays."
-        ),
+        LookAlike("range_aliasing", "Step the target in range: a second surface follows, a far target's pulse stays."),
     )
     forms = (
         ("passed", "spacing"),
@@ -157,7 +154,9 @@ class SecondSurface(Effect):
         return thin or self.contradiction(values) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
 
     def contradiction(self, values: Values) -> str | None:
-        """A pulse before the pulse that goes with it at all ranges alike is the laser's."""
+        """A pulse ahead that goes with the pulse at all ranges is the laser's; a thing is where its light is."""
+        if values["one"] > WHOLE:
+            return "all light of one thing comes from elsewhere, so that it is not where depth has it"
         if values["spacing"] < 0 and values["falloff"] < NEARER:
             return "a surface in front would return the more light the nearer it is, and this does not"
         return None

@@ -125,6 +125,11 @@ def test_a_pulse_in_front_that_does_not_fall_off_is_no_surface(spacing, falloff,
     assert effect.strained(values, BINS_OF_4_CM) == denied
 
 
+@pytest.mark.parametrize(("one", "denied"), [(0.99, True), (0.6, False), (0.0, False)])
+def test_a_thing_all_of_whose_light_comes_from_elsewhere_is_elsewhere(one, denied):
+    assert (effect.contradiction(effect.at(one=one, spacing=0.1).values) is not None) == denied
+
+
 @pytest.mark.parametrize(
     ("passed", "stretched"), [([0.95, 0, 0.02, 0], True), ([0.4, 0, 0.1, 0], False), (0.95, False)]
 )
