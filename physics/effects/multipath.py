@@ -7,8 +7,10 @@ import numpy as np
 from physics.arrivals import Arrivals
 from physics.bounce import bounces
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.hidden_bounces import hidden
 from physics.light import Light, Return
 from physics.outside_plane import by_way_of_plane
+from physics.owning import Unseen
 from physics.rendering import Rendering
 from physics.sensor_face import from_face
 from physics.walls_around import by_walls_around, likely_distances
@@ -135,23 +137,17 @@ class Multipath(Effect):
         ),
         # Of the plane at the beginning of the session.
         Parameter("outside_distance", "m", 0.01, 10.0, 0.5, "Distance of the plane from the sensor."),
-        Parameter(
-            "outside_azimuth",
-            "deg",
-            -360.0,
-            360.0,
-            90.0,
-            "Direction of the plane in the image: 0 to the right, 90 down.",
-        ),
-        Parameter(
-            "outside_tilt",
-            "deg",
-            -80.0,
-            80.0,
-            0.0,
-            "By how much the plane leans: 0 along the optical axis, above ahead.",
-        ),
+        Parameter("outside_azimuth", "deg", -360.0, 360.0, 90.0, "Where it is in the image: 0 to the right, 90 down."),
+        Parameter("outside_tilt", "deg", -80.0, 80.0, 0.0, "How it leans: 0 along the optical axis, above 0 ahead."),
     )
+
+    def owns_up(self, values: Values) -> bool:
+        """Whether light goes between surfaces, of which the image shows one side."""
+        return bool(values["between"])
+
+    def unseen(self, values: Values, rendering: Rendering) -> Unseen:
+        """What goes by way of what is hidden."""
+        return hidden(rendering, values["between"], values["aimed"], values["rough"])
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Walls and planes on all sides by way of which light is about as late as what is in excess."""

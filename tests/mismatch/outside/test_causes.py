@@ -1,5 +1,6 @@
 """Each cause outside the library against arithmetic of its own."""
 
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -58,6 +59,23 @@ def test_a_long_exposure_is_a_mean_over_time(scene, half):
     for zone, bin_ in ((0, 20), (3, 25)):
         seen = np.interp(moments, frames, plain[:, zone, bin_]).mean(axis=1)
         np.testing.assert_allclose(found[:, zone, bin_], seen, rtol=1e-5, atol=1e-6 * plain.max())
+
+
+@pytest.mark.parametrize(
+    ("feeds", "mates"), [(0, {0: (1, 2, 3), 3: (0, 1, 2)}), (1, {0: (1,), 3: (2,)}), (2, {0: (2,)})]
+)
+def test_a_supply_that_sags(scene, feeds, mates):
+    """Four zones in two rows of two."""
+    model, *_ = scene
+    light = model.expected(1000.0) - BACKGROUND[:, None]
+    total = light.sum(axis=-1)
+    together = {0: [{0, 1, 2, 3}], 1: [{0, 1}, {2, 3}], 2: [{0, 2}, {1, 3}]}[feeds]
+    most = max(total[:, list(group - {zone})].sum(axis=1).max() for group in together for zone in group)
+    for background, (zone, others) in product((0, 1), mates.items()):
+        found = changed(model, "shared_supply", drawn=0.2, feeds=feeds, background=background)[:, zone]
+        left = 1 / (1 + 0.2 * total[:, others].sum(axis=1) / most)[:, None]
+        level = BACKGROUND[zone] * (left if background else 1)
+        np.testing.assert_allclose(found, light[:, zone] * left + level, rtol=1e-9)
 
 
 def test_a_stale_frame(scene):
