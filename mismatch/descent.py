@@ -1,5 +1,7 @@
 """A fit on its way to the best coordinates: Fisher scoring with Levenberg's damping, one step after another."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from mismatch.coordinate import bounds
@@ -95,32 +97,38 @@ def derivatives(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, 
     bin before it and the one after: even and odd edges are moved one after the other.
     """
     out = np.zeros((here.size, len(x)))
-    moved = x.copy()
-    moved[0] += STEP
-    out[:, 0] = ((expected_at(simulation, forms, moved) - here) / STEP).ravel()
+    own = out.reshape(*here.shape, -1)
+
+    def change(turn: tuple[str | None, np.ndarray, np.ndarray, np.ndarray]) -> None:
+        axis, which, places, steps = turn
+        moved = x.copy()
+        moved[which] += steps
+        changed = expected_at(simulation, forms, moved) - here
+        for coordinate, place, step in zip(which, places, steps, strict=True):
+            cells = _moved_cells(axis, place)
+            own[(*cells, coordinate)] = changed[cells] / step
+
+    simulation.each(change, list(_turns(forms, x)))
+    return out
+
+
+def _turns(forms: tuple[Form, ...], x: np.ndarray) -> Iterator[tuple[str | None, np.ndarray, np.ndarray, np.ndarray]]:
+    """What is moved at once: of what each has its own value, which coordinates, of which zones or bins, how far."""
+    yield None, np.zeros(1, int), np.zeros(1, int), np.full(1, STEP)
     at = 1
     for form in forms:
-        coordinates = form.coordinates
-        start = 0
-        while start < len(coordinates):
-            parameter, place = coordinates[start]
+        end = at + len(form.coordinates)
+        while at < end:
+            parameter, place = form.coordinates[at - end]
             count = 1 if place is None else form.sizes[parameter.name]
-            _, high = bounds(parameter)
-            which = slice(at + start, at + start + count)
-            step = np.where(x[which] + 2 * STEP > high, -STEP, STEP)
-            own = out.reshape(*here.shape, -1)
             axis = None if place is None else parameter.axis
+            _, high = bounds(parameter)
             turns = 2 if axis == "edge" else 1
             for turn in range(turns):
-                moved = x.copy()
-                moved[which][turn::turns] += step[turn::turns]
-                change = expected_at(simulation, forms, moved) - here
-                for i in range(turn, count, turns):
-                    cells = _moved_cells(axis, i)
-                    own[(*cells, at + start + i)] = change[cells] / step[i]
-            start += count
-        at += len(coordinates)
-    return out
+                places = np.arange(turn, count, turns)
+                which = at + places
+                yield axis, which, places, np.where(x[which] + 2 * STEP > high, -STEP, STEP)
+            at += count
 
 
 def _moved_cells(axis: str | None, i: int) -> tuple[slice, slice, slice]:

@@ -3,13 +3,22 @@
 import numpy as np
 from numba import njit
 
+# Bins that are filled at once.
+TOGETHER = 4
+
 
 @njit(nogil=True, cache=True)
 def splat_knots(ranges, strength, pixels, weights, offset, per_metre, out):
     """Add light of F frames' N pixels, with weights (N, P), to (F, P, J) knots."""
     zones, last = out.shape[1], out.shape[2] - 1
+    by_knot = np.zeros((0, zones))
     for f in range(out.shape[0]):
         first_zone, last_zone = offset[f].min(), offset[f].max()
+        if first_zone == last_zone:
+            if by_knot.size == 0:
+                by_knot = np.zeros((out.shape[2], zones))
+            _splat_together(ranges[f], strength[f], pixels, weights, first_zone, per_metre, by_knot, out[f])
+            continue
         for i in range(pixels.size):
             light = float(strength[f, pixels[i]])
             if not light > 0:
@@ -23,6 +32,33 @@ def splat_knots(ranges, strength, pixels, weights, offset, per_metre, out):
                 at = travel + offset[f, p]
                 if 0 <= at < last:
                     _share(at, light * weights[i, p], out[f, p])
+
+
+@njit(nogil=True, cache=True)
+def _splat_together(ranges, strength, pixels, weights, offset, per_metre, by_knot, out):
+    """The same of one frame whose zones have one offset, so that a pixel's light is at the same knots in all of them.
+
+    by_knot: (J, P) zeros, and zeros again afterwards: zones lie side by side there, and the compiler takes several at
+    once.
+    """
+    zones, last = out.shape[0], out.shape[1] - 1
+    low, high = last, -1
+    for i in range(pixels.size):
+        light = float(strength[pixels[i]])
+        at = ranges[pixels[i]] * per_metre + offset
+        if not (light > 0 and 0 <= at < last):
+            continue
+        whole = np.int64(at)
+        low, high = min(low, whole), max(high, whole + 1)
+        later = light * (at - whole)
+        here, there, weight = by_knot[np.uint64(whole)], by_knot[np.uint64(whole + 1)], weights[i]
+        for p in range(zones):
+            here[p] += (light - later) * weight[p]
+            there[p] += later * weight[p]
+    for knot in range(low, high + 1):
+        for p in range(zones):
+            out[p, knot] += by_knot[knot, p]
+            by_knot[knot, p] = 0.0
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -71,6 +107,10 @@ def stretch_knots(light, factor, about, out):
 def bin_knots(light, shares, per_bin, first, out):
     """Fill (F, P, T) bins from (F, P, J) knots; `shares` of bin 0 are those of knots `first` and later."""
     frames, zones, knots = light.shape
+    bins, pad = out.shape[2], (TOGETHER - 1) * per_bin
+    # Bins are filled several at a time, so that a knot is fetched once for them: each one's shares begin and end in 0.
+    padded = np.zeros(shares.size + 2 * pad)
+    padded[pad : pad + shares.size] = shares
     for f in range(frames):
         for p in range(zones):
             row = light[f, p]
@@ -79,11 +119,25 @@ def bin_knots(light, shares, per_bin, first, out):
                 begin += 1
             while begin < end and row[end - 1] == 0:
                 end -= 1
-            for t in range(out.shape[2]):
+            for t in range(0, bins, TOGETHER):
                 at = first + t * per_bin
-                low, high = max(begin, at), min(end, at + shares.size)
-                total = 0.0
+                low, high = max(begin, at), min(end, at + pad + shares.size)
+                since = low - at + pad
+                w, x, y, z = (
+                    padded[since:],
+                    padded[since - per_bin :],
+                    padded[since - 2 * per_bin :],
+                    padded[since - pad :],
+                )
+                a = b = c = d = 0.0
                 for j in range(high - low):
                     # Indices without sign, as above: the compiler takes several at once.
-                    total += row[np.uint64(low + j)] * shares[np.uint64(low - at + j)]
-                out[f, p, t] = total
+                    knot = np.uint64(j)
+                    here = row[np.uint64(low + j)]
+                    a += here * w[knot]
+                    b += here * x[knot]
+                    c += here * y[knot]
+                    d += here * z[knot]
+                for i, total in enumerate((a, b, c, d)):
+                    if t + i < bins:
+                        out[f, p, t + i] = total
