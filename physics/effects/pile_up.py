@@ -8,7 +8,7 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 from recordings.refusal import Refusal
 
-# Standard deviations, of two zones together, from which they may share a converter.
+# Standard deviations by which zones must show it to be taken to share a converter.
 SHOWN = 3.0
 
 
@@ -20,9 +20,9 @@ class PileUp(Effect):
         N · exp(-Σ_{s<t} μ_s) · (1 - exp(-μ_t))
 
     (Coates 1968, J. Phys. E 1, 878). A zone whose light is shared by n channels has μ = λ/n and n times N shots:
-    `share` is 1/n. Where nobody says how many shots there were, `per_count` stands for share/N. Two zones may be timed
-    by one converter, which what either sees keeps busy: of μ and ν in a bin, the zone that sees μ gets
-    μ/(μ + ν)·(1 - exp(-μ - ν)), with `partner` of the other's ν. `other` says which zone that is.
+    `share` is 1/n. Where nobody says how many shots there were, `per_count` stands for share/N. Several zones may be
+    timed by one converter, which what any of them sees keeps busy: of μ and, in the others, ν in a bin, the zone that
+    sees μ gets μ/(μ + ν)·(1 - exp(-μ - ν)), with `partner` of the others' ν. `converter` says which zones those are.
     """
 
     id = "pile_up"
@@ -63,16 +63,16 @@ class PileUp(Effect):
             sentence="Photons in a shot and channel for each count expected: 1 over the shots where they are unknown.",
         ),
         Parameter(
-            "partner", "1", 0.0, 1.0, 0.0, "Part of another zone's light that the same converter times.", tries=(1.0,)
+            "partner", "1", 0.0, 1.0, 0.0, "Part of other zones' light that the same converter times.", tries=(1.0,)
         ),
         Parameter(
-            "other",
+            "converter",
             unit="1",
             low=-1.0,
             high=1e6,
             start=-1.0,
             axis="zone",
-            sentence="Which zone that is, its own number where none; -1 where zones 0 and 1, 2 and 3 go together.",
+            sentence="Number of the converter that times a zone; -1 where zones 0 and 1, 2 and 3 go together.",
         ),
     )
 
@@ -86,7 +86,7 @@ class PileUp(Effect):
             rate = rate + np.atleast_1d(values["share"])[:, None] / cycles[:, None, None]
         rate = np.maximum(rate, np.finfo(float).tiny)
         per_shot = rendering.expected * rate
-        # All that the converter meets: another zone's light goes through channels of the same shots.
+        # All that the converter meets: other zones' light goes through channels of the same shots.
         met = per_shot + values["partner"] * rate * light_of_others(values, rendering.expected)
         earlier = np.cumsum(met, axis=-1) - met
         # expm1(-μ)/-μ, which is 1 where μ vanishes, keeps the counts exact at small rates.
@@ -94,49 +94,77 @@ class PileUp(Effect):
         return rendering.expected * np.exp(-earlier) * hidden
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
-        """Each zone with the one that hides its photons best, beside what it hides itself."""
-        light = np.maximum(expected - rendering.background, 0)
-        earlier = np.cumsum(light, axis=-1) - light / 2
+        """Zones together that hide one another's photons, beside what each hides itself."""
         zones = expected.shape[1]
-        evidence = np.zeros((zones, zones))
-        for zone in range(zones):
-            # To first order what all of them hide; each in units of its noise.
-            noise = np.sqrt(np.maximum(expected[:, zone], 1)).ravel()
-            hidden = (expected[:, zone] * earlier.transpose(1, 0, 2)).reshape(zones, -1) / noise
-            known = np.stack([expected[:, zone].ravel() / noise, hidden[zone]])
-            left = hidden - (hidden @ known.T) @ np.linalg.pinv(known @ known.T) @ known
-            size = np.sqrt((left**2).sum(axis=1))
-            shown = -(left @ (excess[:, zone].ravel() / noise)) / np.maximum(size, 1e-12)
-            evidence[zone] = np.where(size > 1e-6 * np.sqrt((hidden**2).sum(axis=1)), shown, 0)
-        return [{"partner": 1.0, "other": found}] if (found := _paired(evidence)) is not None else []
+        promised, square = _hidden_by_others(excess, expected, rendering)
+        row, column = np.divmod(np.arange(zones), rendering.footprints.zone_grid[1])
+        found = [_together(promised, square), row, column]
+        best = max(found, key=lambda number: _gained(number, promised, square))
+        if _gained(best, promised, square) <= SHOWN**2:
+            return []
+        return [{"partner": 1.0, "converter": np.unique(best, return_inverse=True)[1].astype(float)}]
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """How many shots there were need not be guessed where it is known."""
         return bool(np.any(values["per_count"])) and rendering.light.laser_cycles is not None
 
 
-def other_zones(values: Values, zones: int) -> np.ndarray:
-    """(P,) which zone shares each one's converter, its own number where none does."""
-    alone = np.arange(zones)
-    other = np.broadcast_to(np.rint(np.asarray(values["other"], float)).astype(int), (zones,))
-    other = np.where(other < 0, alone ^ 1, other)
-    return np.where(other < zones, other, alone)
+def shared(values: Values, zones: int) -> np.ndarray:
+    """(P, P) whether two zones, not one and the same, share a converter."""
+    number = np.broadcast_to(np.rint(np.asarray(values["converter"], float)).astype(int), (zones,))
+    number = np.where(number < 0, -1 - np.arange(zones) // 2, number)
+    return (number[:, None] == number) & ~np.eye(zones, dtype=bool)
 
 
 def light_of_others(values: Values, expected: np.ndarray) -> np.ndarray:
-    """(F, P, T) what the zone receives that shares each one's converter."""
-    other = other_zones(values, expected.shape[1])
-    return np.where((other != np.arange(len(other)))[:, None], expected[:, other], 0)
+    """(F, P, T) what the zones receive that share each one's converter."""
+    return np.einsum("pq,fqt->fpt", shared(values, expected.shape[1]).astype(float), expected)
 
 
-def _paired(evidence: np.ndarray) -> np.ndarray | None:
-    """(P,) for each zone the other of its pair, the clearest first. evidence: (P, P) standard deviations, both ways."""
-    both, found = np.triu(evidence + evidence.T, 1), np.arange(len(evidence))
-    while both.max(initial=0) > SHOWN:
-        one, other = np.unravel_index(both.argmax(), both.shape)
-        found[one], found[other] = other, one
-        both[[one, other]], both[:, [one, other]] = 0, 0
-    return found.astype(float) if (found != np.arange(len(found))).any() else None
+def _hidden_by_others(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> tuple[np.ndarray, np.ndarray]:
+    """(P, P), (P, P, P) for each zone, to first order: by which part of what the others hide its excess is explained.
+
+    What one zone hides of another is what comes after the one's light; beside gain and what a zone hides itself. First
+    the excess's product with each other's, then those of all with one another, in units of the zone's noise.
+    """
+    light = np.maximum(expected - rendering.background, 0)
+    earlier = np.cumsum(light, axis=-1) - light / 2
+    zones = expected.shape[1]
+    promised, square = np.zeros((zones, zones)), np.zeros((zones, zones, zones))
+    for zone in range(zones):
+        noise = np.sqrt(np.maximum(expected[:, zone], 1)).ravel()
+        hidden = -(expected[:, zone] * earlier.transpose(1, 0, 2)).reshape(zones, -1) / noise
+        known = np.stack([expected[:, zone].ravel() / noise, hidden[zone]])
+        left = hidden - (hidden @ known.T) @ np.linalg.pinv(known @ known.T) @ known
+        promised[zone], square[zone] = left @ (excess[:, zone].ravel() / noise), left @ left.T
+        # Where nothing is left but rounding.
+        square[zone] += np.diag(1e-9 * (hidden**2).sum(axis=1) + 1e-300)
+    return promised, square
+
+
+def _gained(number: np.ndarray, promised: np.ndarray, square: np.ndarray) -> float:
+    """Deviance that zones gain, each by one amplitude, that share converters with the same numbers (P,); less where
+    they would have to hide less than nothing."""
+    total = 0.0
+    for zone in range(len(number)):
+        others = np.flatnonzero((number == number[zone]) & (np.arange(len(number)) != zone))
+        if len(others):
+            amount = promised[zone, others].sum()
+            total += amount * abs(amount) / square[zone][np.ix_(others, others)].sum()
+    return float(total)
+
+
+def _together(promised: np.ndarray, square: np.ndarray) -> np.ndarray:
+    """(P,) number of each zone's converter: those are put together that gain most by it, as long as that is much."""
+    best = np.arange(len(promised))
+    while True:
+        pairs = [(one, other) for one in np.unique(best) for other in np.unique(best) if one < other]
+        tried = [np.where(best == other, one, best) for one, other in pairs]
+        before = _gained(best, promised, square)
+        merged = max(tried, key=lambda number: _gained(number, promised, square), default=best)
+        if _gained(merged, promised, square) <= before + SHOWN**2:
+            return best
+        best = merged
 
 
 effect = PileUp()

@@ -14,7 +14,7 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     """The first of each channel and shot; photons fall on their zone's 1/share channels at random.
 
     Where 1/share is not whole, the last of the channels is alive in a part of the shots only. Shots that nobody counted
-    are as many as `per_count` says. Photons of the other zone of a converter hide a zone's own, each with the chance
+    are as many as `per_count` says. Photons of other zones of a converter hide a zone's own, each with the chance
     `partner`.
     """
     rate = by_zone(world, values["per_count"])
@@ -40,11 +40,14 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
 
 
 def _with_others(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """These, and after them those of others as if they fell on the zone that they keep busy."""
+    """These, and after them those of others as if they fell on each of the zones that they keep busy."""
     zones = np.arange(world.zones)
-    other = by_zone(world, values["other"]).round().astype(int)
+    number = by_zone(world, values["converter"]).round().astype(int)
     # In order two by two, unless somebody says how; the last of an odd number is alone.
-    other = np.where(other < 0, zones + 1 - 2 * (zones % 2), other)
-    other = np.where(other < world.zones, other, zones)[photons.zone]
-    there = (other != photons.zone) & (rng.random(len(photons)) < values["partner"])
-    return photons.and_also(replace(photons, zone=other).only(there))
+    number = np.where(number < 0, world.zones * 1_000_000 + zones // 2, number)
+    added = photons
+    for apart in range(1, world.zones):
+        other = (photons.zone + apart) % world.zones
+        there = (number[other] == number[photons.zone]) & (rng.random(len(photons)) < values["partner"])
+        added = added.and_also(replace(photons, zone=other).only(there))
+    return added

@@ -39,28 +39,33 @@ def test_shots_drawn_one_by_one_agree(model):
     assert (np.abs(drawn - seen) < 5 * np.sqrt(seen / 20) + 1e-9).all()
 
 
-@pytest.mark.parametrize(("other", "pairs", "single"), [(-1, [(0, 1), (2, 3)], []), ([0, 3, 2, 1], [(1, 3)], [0, 2])])
-def test_zones_of_one_converter_share_its_first_photon(model, other, pairs, single):
+@pytest.mark.parametrize(
+    ("converter", "groups", "single"),
+    [(-1, [[0, 1], [2, 3]], []), ([0, 1, 2, 1], [[1, 3]], [0, 2]), ([5, 0, 0, 0], [[1, 2, 3]], [0])],
+)
+def test_zones_of_one_converter_share_its_first_photon(model, converter, groups, single):
     """Together they register what one zone that receives the light of both would, each its part of every bin."""
     nominal = model.expected(3e3)
-    shared = model.expected(3e3, [effect.at(share=1, partner=1, other=other)])
-    for one, other in pairs:
-        light = (nominal[:, one] + nominal[:, other]) / CYCLES
+    shared = model.expected(3e3, [effect.at(share=1, partner=1, converter=converter)])
+    for group in groups:
+        light = nominal[:, group].sum(axis=1) / CYCLES
         waiting = np.exp(-np.cumsum(light, axis=-1) + light)
         both = CYCLES * waiting * (1 - np.exp(-light))
-        np.testing.assert_allclose(shared[:, one] + shared[:, other], both, rtol=1e-9)
-        np.testing.assert_allclose(shared[:, one] * nominal[:, other], shared[:, other] * nominal[:, one], rtol=1e-9)
+        np.testing.assert_allclose(shared[:, group].sum(axis=1), both, rtol=1e-9)
+        parts = (shared / nominal)[:, group]
+        np.testing.assert_allclose(parts, np.broadcast_to(parts[:, :1], parts.shape), rtol=1e-9)
     alone = model.expected(3e3, [effect.at(share=1)])
     np.testing.assert_allclose(shared[:, single], alone[:, single], rtol=1e-12)
 
 
-def test_data_tell_which_zones_share_a_converter(small, model):
+@pytest.mark.parametrize("converter", [[0, 1, 0, 1], [0, 0, 0, 1]])
+def test_data_tell_which_zones_share_a_converter(small, model, converter):
     nominal = model.expected(3e3)
-    wanted = effect.at(share=1, partner=1, other=[2, 3, 0, 1])
+    wanted = effect.at(share=1, partner=1, converter=converter)
     excess = model.expected(3e3, [wanted]) - nominal
     rendering = Rendering(small.light, small.footprints, small.clock, 3e3)
-    (start,) = effect.starts(excess, nominal, replace(rendering, background=model.expected(0.0)[:, :, :1]))
-    assert start["other"].tolist() == [2, 3, 0, 1]
+    starts = effect.starts(excess, nominal, replace(rendering, background=model.expected(0.0)[:, :, :1]))
+    assert starts[0]["converter"].tolist() == converter
 
 
 def test_no_zone_counts_more_than_its_channels_have_shots(model):

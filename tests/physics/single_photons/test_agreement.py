@@ -152,7 +152,7 @@ STRENGTHS = {
         {"share": [1, 0.5, 0.3, 0]},
         {"per_count": [3e-5, 1e-5, 0, 2e-5]},
         {"partner": 1.0},
-        {"share": [1, 0.5, 0.3, 0.8], "partner": 0.5, "other": [0, 3, 2, 1]},
+        {"share": [1, 0.5, 0.3, 0.8], "partner": 0.5, "converter": [0, 3, 3, 3]},
     ],
     "range_aliasing": [
         {"counts": [3e4, 1e4, 0, 2e4]},
