@@ -11,6 +11,8 @@ from physics.rendering import Rendering
 
 # Largest range that light may be lost up to, metres; part of all pixels that is near.
 FARTHEST, NEAR = 5.0, 0.05
+# By how much exponents of zones behind one lens may differ; where ranges hardly vary any factors are powers of them.
+UNEVEN = 0.5
 
 
 class RangeFalloff(Effect):
@@ -106,6 +108,10 @@ class RangeFalloff(Effect):
             caught = laws[first] + (values["sudden"] - first) * (laws[first + 1] - laws[first])
         part = ranges**-faster * caught
         return replace(arrivals, light=arrivals.light * part)
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """Zones whose light falls by powers that are nothing like one another's have factors of their own."""
+        return bool(np.ptp(values["exponent"]) > UNEVEN)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """An exponential that loses some, or much, of what is near, as it has no slope where it loses nothing; and foci

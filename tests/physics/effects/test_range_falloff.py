@@ -81,3 +81,10 @@ def test_an_exponential_begins_where_it_loses_some_of_what_is_near(small):
         assert 0.05 < np.quantile(lost, 0.97) < 0.3
     dark = SimpleNamespace(range_m=np.zeros((1, 2, 2)))
     assert effect.starts(None, None, SimpleNamespace(light=dark)) == []
+
+
+@pytest.mark.parametrize(
+    ("exponent", "stretched"), [(0.8, False), ([0.1, 0.3, 0.2, 0.4], False), ([1, 0, -1, 0], True)]
+)
+def test_powers_that_zones_do_not_share_are_factors_of_their_own(exponent, stretched):
+    assert effect.strained(effect.at(exponent=exponent).values, None) == stretched
