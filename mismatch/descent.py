@@ -96,8 +96,8 @@ def derivatives(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, 
     Where each zone or bin has its own value, all are moved at once: each moves its own counts only. An edge moves the
     bin before it and the one after: even and odd edges are moved one after the other.
     """
-    out = np.zeros((here.size, len(x)))
-    own = out.reshape(*here.shape, -1)
+    # Coordinate by coordinate in memory: each is written, and multiplied with others, as a whole.
+    out = np.zeros((len(x), *here.shape))
 
     def change(turn: tuple[str | None, np.ndarray, np.ndarray, np.ndarray]) -> None:
         axis, which, places, steps = turn
@@ -106,10 +106,10 @@ def derivatives(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, 
         changed = expected_at(simulation, forms, moved) - here
         for coordinate, place, step in zip(which, places, steps, strict=True):
             cells = _moved_cells(axis, place)
-            own[(*cells, coordinate)] = changed[cells] / step
+            out[(coordinate, *cells)] = changed[cells] / step
 
     simulation.each(change, list(_turns(forms, x)))
-    return out
+    return out.reshape(len(x), -1).T
 
 
 def _turns(forms: tuple[Form, ...], x: np.ndarray) -> Iterator[tuple[str | None, np.ndarray, np.ndarray, np.ndarray]]:

@@ -77,7 +77,7 @@ class FrameGains:
         if self.sigma:
             signal, own, own_information = self._pieces(expected)
             mixed = np.einsum(
-                "fc,fcn->nf", signal.reshape(len(signal), -1), weighted.reshape(len(signal), -1, columns.shape[1])
+                "fc,nfc->nf", signal.reshape(len(signal), -1), weighted.T.reshape(-1, *mean.shape[:1], signal[0].size)
             )
             score = score - mixed @ (own / own_information)
             information = information - (mixed / own_information) @ mixed.T

@@ -72,6 +72,17 @@ def _share(at, given, row):
 
 
 @njit(nogil=True, cache=True)
+def _lit(row):
+    """Where in a row the first light is, and where the last ends; most of a row is dark."""
+    begin, end = 0, row.size
+    while begin < end and row[begin] == 0:
+        begin += 1
+    while begin < end and row[end - 1] == 0:
+        end -= 1
+    return begin, end
+
+
+@njit(nogil=True, cache=True)
 def delay_knots(light, steps, out):
     """Fill (F, P, J) knots with those of `light`, each row later by its own number of steps, earlier where negative."""
     frames, zones, size = light.shape
@@ -81,11 +92,13 @@ def delay_knots(light, steps, out):
             by = min(max(steps[f, p], -size - 1.0), size + 1.0)
             whole = np.int64(np.floor(by))
             later = by - whole
-            out[f, p] = 0.0
-            for j in range(max(whole, 0), min(whole, 0) + size):
-                out[f, p, j] += (1 - later) * light[f, p, j - whole]
-            for j in range(max(whole + 1, 0), min(whole + 1, 0) + size):
-                out[f, p, j] += later * light[f, p, j - whole - 1]
+            begin, end = _lit(light[f, p])
+            row, moved = light[f, p], out[f, p]
+            moved[:] = 0.0
+            for j in range(max(begin, -whole), min(end, size - whole)):
+                moved[j + whole] += (1 - later) * row[j]
+            for j in range(max(begin, -whole - 1), min(end, size - whole - 1)):
+                moved[j + whole + 1] += later * row[j]
 
 
 @njit(nogil=True, cache=True)
@@ -106,7 +119,7 @@ def stretch_knots(light, factor, about, out):
 @njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
 def bin_knots(light, shares, per_bin, first, out):
     """Fill (F, P, T) bins from (F, P, J) knots; `shares` of bin 0 are those of knots `first` and later."""
-    frames, zones, knots = light.shape
+    frames, zones, _ = light.shape
     bins, pad = out.shape[2], (TOGETHER - 1) * per_bin
     # Bins are filled several at a time, so that a knot is fetched once for them: each one's shares begin and end in 0.
     padded = np.zeros(shares.size + 2 * pad)
@@ -114,11 +127,7 @@ def bin_knots(light, shares, per_bin, first, out):
     for f in range(frames):
         for p in range(zones):
             row = light[f, p]
-            begin, end = 0, knots
-            while begin < end and row[begin] == 0:
-                begin += 1
-            while begin < end and row[end - 1] == 0:
-                end -= 1
+            begin, end = _lit(row)
             for t in range(0, bins, TOGETHER):
                 at = first + t * per_bin
                 low, high = max(begin, at), min(end, at + pad + shares.size)
