@@ -4,6 +4,7 @@ import numpy as np
 from scipy.signal import lombscargle
 
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.glow import glow
 from physics.rendering import Rendering
 
 # Frames that tell a beat from a trend. Of what they show most, they show that part of a wave which counts as seen.
@@ -15,7 +16,8 @@ class AmbientPedestal(Effect):
 
     Lamps on the mains flicker, and what is left of that in frames beats with them: swing_sin · sin φ + swing_cos ·
     cos φ, φ = 2π · frequency · t. Where the same light is brighter than when it was recorded there is `more` of the
-    recorded background in each zone.
+    recorded background in each zone. Where it falls on what the zones see, each has `lit` times how bright that is
+    (`physics.glow`), which goes with the scene from frame to frame.
     A background that is less than recorded, which negative growth may come to, is never less than none.
     """
 
@@ -30,7 +32,7 @@ class AmbientPedestal(Effect):
         ),
         LookAlike("afterpulsing", "Cover the emitter: a pedestal stays, afterpulses go."),
     )
-    forms = (("level",), ("level", "growth"), ("more",), ("level", "swing_sin", "swing_cos", "frequency"))
+    forms = (("level",), ("level", "growth"), ("more",), ("lit",), ("level", "swing_sin", "swing_cos", "frequency"))
     parameters = (
         Parameter(
             "level",
@@ -60,6 +62,15 @@ class AmbientPedestal(Effect):
             vanishes_at=0.0,
             sentence="Part of the recorded background that comes on top of it.",
         ),
+        Parameter(
+            "lit",
+            "counts",
+            0.0,
+            1e7,
+            10.0,
+            "Counts per bin and frame in the mean zone where all it sees is white.",
+            0.0,
+        ),
         Parameter("swing_sin", "counts", -1e6, 1e6, 1.0, "By which it swings with the sine, in all zones.", 0.0),
         Parameter("swing_cos", "counts", -1e6, 1e6, 1.0, "By which it swings with the cosine.", 0.0),
         Parameter("frequency", "Hz", 0.0, 1e3, 1.0, "How often it does in a second, or seems to in frames that few."),
@@ -72,6 +83,8 @@ class AmbientPedestal(Effect):
         phase = 2 * np.pi * values["frequency"] * time_s
         more = np.atleast_1d(values["level"])[:, None] + values["growth"] * time_s
         more = more + values["swing_sin"] * np.sin(phase) + values["swing_cos"] * np.cos(phase)
+        if values["lit"]:
+            more = more + values["lit"] * glow(rendering.light, rendering.footprints)[..., None]
         return np.maximum(known + more, 0)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:

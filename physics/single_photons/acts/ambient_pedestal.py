@@ -14,5 +14,7 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     turn = np.exp(2j * np.pi * values["frequency"] * world.time_s)
     swung = values["swing_sin"] * turn.imag + values["swing_cos"] * turn.real
     more = by_zone(world, values["level"]) + values["growth"] * world.time_s + values["more"] * world.background
-    more = more + swung
+    white = np.where(np.isfinite(world.depth_m + world.reflectance), world.reflectance, 0)
+    seen = (world.weights * white).sum(axis=(1, 2)) / world.weights.sum(axis=(1, 2)).mean()
+    more = more + swung + values["lit"] * seen
     return replace(world, background=np.maximum(world.background + more, 0))

@@ -17,6 +17,23 @@ def test_every_bin_has_as_many_more(small):
     np.testing.assert_allclose(more, np.broadcast_to(np.array([1, 2, 3, 4.5])[:, None], more.shape))
 
 
+def test_under_even_light_a_zone_is_as_bright_as_what_it_sees(small):
+    """However far: counts by Lambert's law, pixel by pixel; nothing where no surface is known."""
+    rng = np.random.default_rng(4)
+    shape = small.light.range_m.shape
+    white, depth = rng.uniform(0.1, 0.9, shape), rng.uniform(0.5, 2.0, shape)
+    depth[1, :2], white[2, :, 3] = np.nan, np.nan
+    light = direct_light(depth, INTRINSICS, white, np.ones(shape), time_s=np.arange(float(shape[0])))
+    model = ForwardModel(light, small.footprints, small.clock, 3.0)
+    more = model.expected(50.0, [effect.at(lit=20.0)]) - model.expected(50.0)
+    maps = small.footprints.weights
+    for frame in range(shape[0]):
+        seen = np.where(np.isnan(depth[frame] + white[frame]), 0, white[frame])
+        for zone, response in enumerate(maps):
+            wanted = 20 * (response * seen).sum() / maps.sum(axis=(1, 2)).mean()
+            np.testing.assert_allclose(more[frame, zone], wanted, rtol=1e-5)
+
+
 def test_it_grows_with_time_in_all_zones_alike(small):
     model = ForwardModel(small.light, small.footprints, small.clock, 3.0)
     more = model.expected(50.0, [effect.at(level=[1, 2, 3, 4.5], growth=30)]) - model.expected(50.0)

@@ -28,6 +28,7 @@ STRENGTHS = {
         {"level": 500, "growth": 2e4},
         {"level": 60, "growth": -600},
         {"more": 1.5},
+        {"lit": 900},
         {"level": [900, 0, 3000, 50], "swing_sin": 300, "swing_cos": -150, "frequency": 3.3},
     ],
     "bin_nonlinearity": [
