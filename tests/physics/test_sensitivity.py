@@ -29,6 +29,7 @@ def test_one_for_every_parameter_and_zone():
         ("ambient_pedestal", "level", 1, 7.0),
         ("ambient_pedestal", "growth", None, 11.0),
         ("ambient_pedestal", "more", None, 13.0),
+        ("ambient_pedestal", "lit", None, 29.0),
         ("ambient_pedestal", "swing_sin", None, 17.0),
         ("ambient_pedestal", "swing_cos", None, 19.0),
         ("ambient_pedestal", "frequency", None, 23.0),
