@@ -7,6 +7,7 @@ from scipy.sparse.linalg import splu
 
 from fusion.depths import zone_depths
 from fusion.edges import guided_field
+from fusion.motion import Motion, finer, grey
 from fusion.range_response import range_response
 from fusion.sight import sight
 from fusion.unmix import unmix
@@ -44,10 +45,16 @@ def frame(rig):
 
 
 @pytest.mark.benchmark(group="unmixing, counts to depth")
-def test_frames_per_second(benchmark, rig, frame):
+@pytest.mark.parametrize("who", ["each frame alone", "with an earlier image"])
+def test_frames_per_second(benchmark, rig, frame, who):
     where, response = rig
     counts, rgb = frame
-    depth = benchmark(lambda: unmix(where, zone_depths(counts, response), rgb)[0])
+    step = np.eye(4)
+    step[0, 3] = 0.05
+    # Shifted as what is 1.5 m away is.
+    before = np.roll(rgb, round(INTRINSICS[0, 0] * 0.05 / 1.5), axis=1)
+    motion = None if who.startswith("each") else Motion(grey(before, finer(where.coarse.shape)), step)
+    depth = benchmark(lambda: unmix(where, zone_depths(counts, response), rgb, motion=motion)[0])
     assert np.isfinite(depth).any()
     assert 1 / benchmark.stats.stats.median >= LEAST_FRAMES_PER_S
 

@@ -11,6 +11,7 @@ from scipy.constants import speed_of_light
 
 from fusion.depths import zone_depths
 from fusion.fuse import expect_method, fuse_frame
+from fusion.motion import Earlier
 from fusion.mount import mounted
 from fusion.range_response import RangeResponse, range_response
 from fusion.rig import given, rig_of
@@ -91,7 +92,8 @@ def session_of(
         has_residuals=tools.sight is not None and has_depth,
         has_recorded_depth=has_depth,
     )
-    return rig, (_frame(frame, static, tools) for frame in itertools.chain([first], frames)), passing.count
+    earlier = None if tools.sight is None else Earlier(tools.sight)
+    return rig, (_frame(frame, static, tools, earlier) for frame in itertools.chain([first], frames)), passing.count
 
 
 def _instruments(
@@ -130,8 +132,8 @@ def _said(path: Path, count: int | None, tools: Instruments) -> str:
     return f"{path.name}{sensor}: {count or 'some'} frames{how}."
 
 
-def _frame(frame: dict[str, Any], static: dict[str, Any], tools: Instruments) -> SessionFrame:
-    """One frame as the session shows it."""
+def _frame(frame: dict[str, Any], static: dict[str, Any], tools: Instruments, earlier: Earlier | None) -> SessionFrame:
+    """One frame as the session shows it; earlier: the views before it, None where frames are not fused."""
     rgb, depth, pose = given(frame, static, "rgb"), given(frame, static, "depth_m"), frame.get("camera_pose")
     made = SessionFrame(
         float(frame["timestamp_s"]),
@@ -145,7 +147,7 @@ def _frame(frame: dict[str, Any], static: dict[str, Any], tools: Instruments) ->
         return made
     seen = zone_depths(frame["counts"], tools.response)
     made = replace(made, surface_m=seen.surface_m, surface_share=_share(seen))
-    if tools.sight is None:
+    if tools.sight is None or earlier is None:
         return made
     fused = fuse_frame(
         frame["counts"],
@@ -156,7 +158,9 @@ def _frame(frame: dict[str, Any], static: dict[str, Any], tools: Instruments) ->
         timestamp_s=made.timestamp_s,
         pose=pose,
         depths=seen,
+        motion=earlier.motion(pose, seen.typical_m),
     )
+    earlier.add(fused.rgb, pose, seen.typical_m)
     expected = None if depth is None else _expected(frame, static, depth, tools)
     return replace(made, fused=fused, expected=expected)
 

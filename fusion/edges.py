@@ -13,12 +13,12 @@ class Field:
     """Precision A = L + ridge·1 of values at H × W pixels; L is the Laplacian of the grid with weighted edges.
 
     across: (H, W - 1) weights between a pixel and the next in its row; down: (H - 1, W), in its column.
-    ridge: what pulls values to 0 everywhere.
+    ridge: what pulls values to 0, everywhere alike or (H, W).
     """
 
     across: np.ndarray
     down: np.ndarray
-    ridge: float
+    ridge: float | np.ndarray
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -35,7 +35,7 @@ class Field:
         """(band + 1, N) lower Cholesky factor in LAPACK's banded form."""
         height, width = self.shape
         near, far = (self.down, self.across) if self._order == "F" else (self.across, self.down)
-        degree = np.full(self.shape, self.ridge)
+        degree = np.full(self.shape, self.ridge, float)
         degree[:, 1:] += self.across
         degree[:, :-1] += self.across
         degree[1:] += self.down

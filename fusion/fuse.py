@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fusion.carry import carried
 from fusion.depths import zone_depths
 from fusion.fused import NO_ZONE, FusedFrame
+from fusion.motion import Earlier, Motion
 from fusion.range_response import RangeResponse
 from fusion.rig import given
 from fusion.sight import Sight
@@ -30,15 +30,15 @@ def fuse_frame(
     timestamp_s: float = 0.0,
     pose: np.ndarray | None = None,
     depths: ZoneDepths | None = None,
-    previous: FusedFrame | None = None,
+    motion: Motion | None = None,
 ) -> FusedFrame:
     """Depth for every pixel of the camera from one frame of histograms.
 
     counts: (P, T) photon counts. rgb: (H, W, 3) uint8, or PNG or JPEG bytes, None where the camera gave nothing.
     method: one of METHODS. pose: (4, 4) world from camera. depths: what `zone_depths` found in these counts, where that
-    is known. previous: a frame before, from which unmixing carries depth over where both have poses. A zone that is
-    dead, saturated or sees nothing says nothing; pixels that only such zones see have no depth. Raises `Refusal` where
-    shapes do not fit.
+    is known. motion: an earlier image and how the camera moved since, of which unmixing makes use. A zone that is dead,
+    saturated or sees nothing says nothing; pixels that only such zones see have no depth. Raises `Refusal` where shapes
+    do not fit.
     """
     expect_method(method)
     image = _image(rgb, sight.shape)
@@ -47,22 +47,23 @@ def fuse_frame(
     if method == "splat":
         depth, sigma, confidence, zones = splat(sight, seen)
     else:
-        depth, sigma, confidence, zones = _unmixed(sight, seen, image, _before(sight, previous, at))
+        depth, sigma, confidence, zones = _unmixed(sight, seen, image, motion)
     return FusedFrame(float(timestamp_s), depth, sigma, confidence, zones, image, sight.intrinsics, at, method)
 
 
 def fuse(
-    passing: Stream, sight: Sight, response: RangeResponse, method: str = METHODS[-1], *, carry: bool = False
+    passing: Stream, sight: Sight, response: RangeResponse, method: str = METHODS[-1], *, alone: bool = False
 ) -> Iterator[tuple[FusedFrame, ZoneDepths]]:
     """The frames of a recording, fused one after another as they pass, and what the zones saw in each.
 
-    passing: with frames that were checked, as `fusion.rig.open_rig` gives them. carry: whether unmixing carries depth
-    over from one frame with a pose to the next.
+    passing: with frames that were checked, as `fusion.rig.open_rig` gives them. alone: whether each frame is
+    taken by itself, as if it had no pose.
     """
     expect_method(method)
-    previous = None
+    earlier = Earlier(sight)
     for frame in passing.frames:
         seen = zone_depths(frame["counts"], response)
+        pose = frame.get("camera_pose")
         fused = fuse_frame(
             frame["counts"],
             given(frame, passing.static, "rgb"),
@@ -70,27 +71,20 @@ def fuse(
             response,
             method,
             timestamp_s=float(frame["timestamp_s"]),
-            pose=frame.get("camera_pose"),
+            pose=pose,
             depths=seen,
-            previous=previous,
+            motion=None if alone else earlier.motion(pose, seen.typical_m),
         )
-        previous = fused if carry else None
+        earlier.add(fused.rgb, fused.pose, seen.typical_m)
         yield fused, seen
 
 
-def _unmixed(sight: Sight, seen: ZoneDepths, image: np.ndarray | None, before: np.ndarray | None) -> Images:
+def _unmixed(sight: Sight, seen: ZoneDepths, image: np.ndarray | None, motion: Motion | None) -> Images:
     """Depth by unmixing, with footprints where the zones' mean ranges put them."""
-    depth, sigma, confidence = unmix(sight.moved(seen.mean_m), seen, image, before=before)
+    depth, sigma, confidence = unmix(sight.moved(seen.mean_m), seen, image, motion=motion)
     zones = splat(sight, seen)[3]
     zones[~np.isfinite(depth)] = NO_ZONE
     return depth, sigma, confidence, zones
-
-
-def _before(sight: Sight, previous: FusedFrame | None, pose: np.ndarray | None) -> np.ndarray | None:
-    """What the frame before says of this view, None where it cannot."""
-    if previous is None or previous.pose is None or pose is None or previous.depth_m.shape != sight.shape:
-        return None
-    return carried(sight, previous.depth_m, previous.pose, pose)
 
 
 def expect_method(method: str) -> None:

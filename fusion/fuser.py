@@ -7,6 +7,7 @@ import numpy as np
 from fusion.cloud import Cloud, cloud, no_points, zone_cloud
 from fusion.depths import zone_depths
 from fusion.fuse import METHODS, expect_method, fuse_frame
+from fusion.motion import Earlier
 from fusion.odometry import Odometry
 from fusion.range_response import RangeResponse
 from fusion.sight import Sight
@@ -50,6 +51,7 @@ class Fuser:
         self.frames = self.skipped = 0
         self.latest: Cloud | None = None
         self._odometry = Odometry() if odometry else None
+        self._earlier = Earlier(sight)
         self._last_s, self._early = -np.inf, 0
         self._one_at_a_time = threading.Lock()
 
@@ -103,12 +105,14 @@ class Fuser:
 
     def _with_image(self, counts, rgb, pose: np.ndarray | None, at_s: float, depths: ZoneDepths) -> Cloud | None:
         """The cloud on the camera's pixels, None where the image is of no use."""
-        more = {"timestamp_s": at_s, "pose": pose, "depths": depths}
+        motion = self._earlier.motion(pose, depths.typical_m)
+        more = {"timestamp_s": at_s, "pose": pose, "depths": depths, "motion": motion}
         try:
             fused = fuse_frame(counts, rgb, self.sight, self.response, self.method, **more)
         except Refusal as wrong:
             self._complain(f"{wrong}: the cloud is by direction of zones")
             return None
+        self._earlier.add(fused.rgb, pose, depths.typical_m)
         if pose is None and self._odometry is not None and fused.known.any():
             pose = self._odometry.push(fused)
             if pose is None:

@@ -11,21 +11,28 @@ WITHIN = 1e-6
 
 
 def match(
-    field: Field, image: np.ndarray, heard: np.ndarray, areas: np.ndarray, observed: Shares, steps: int
+    field: Field,
+    image: np.ndarray,
+    heard: np.ndarray,
+    areas: np.ndarray,
+    observed: Shares,
+    steps: int,
+    ridge: float,
 ) -> np.ndarray:
     """(H, W) logarithm of range, `steps` steps down from `image`.
 
     heard: (Q, H, W) weight of each pixel's disagreement; no pixel's should sum to more than 1, lest it pass its goal.
-    areas: (Q, H, W) weight of each pixel in its zone's
-    histogram. The descent is that of `pull`, with the field's covariance in front (a Sobolev gradient: Neuberger 1997):
-    what moves does so together with what it belongs to by colour, and stopping early keeps what was smooth.
+    areas: (Q, H, W) weight of each pixel in its zone's histogram. ridge: the least of the field's; where it has more, a
+    pixel is held where it is. The descent is that of `pull`, with the field's covariance in front (a Sobolev gradient:
+    Neuberger 1997): what moves does so together with what it belongs to by colour, and stopping early keeps what was
+    smooth.
     """
     flat = np.ascontiguousarray(areas.reshape(len(areas), -1), float)
     how = np.ascontiguousarray(heard.reshape(len(heard), -1), float)
     now = np.ascontiguousarray(image, float)
     for _ in range(steps):
         slope = pull(now.ravel(), flat, how, observed.cumulative, observed.log_m[0], STEP)
-        now = now + field.ridge * field.solve(slope.reshape(field.shape))
+        now = now + ridge * field.solve(slope.reshape(field.shape))
     return now
 
 

@@ -18,6 +18,10 @@ class Prior:
     few keep to the smoothest image, many to the histograms. certain: light counts where there is so many times its
     standard error. least_sigma, of_spread: standard deviation of the logarithm of range, at least, and as part of the
     spread of ranges in the zones.
+
+    Where images of a moving camera tell range, too: smooth, mean_sigma: standard deviations, in the logarithm of range,
+    of a step between pixels of the coarse grid on one surface, and of a zone's mean; agree: they are believed
+    where what they make alone is so many times as far from the zones' histograms as what the means alone make.
     """
 
     colour: float = 0.05
@@ -26,6 +30,9 @@ class Prior:
     reach_px: float = 14.0
     rounds: int = 3
     steps: int = 6
+    smooth: float = 0.03
+    mean_sigma: float = 0.02
+    agree: float = 1.6
     certain: float = 10.0
     least_sigma: float = 0.05
     of_spread: float = 0.65
@@ -33,7 +40,9 @@ class Prior:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (np.isfinite(value) and value >= 0) or (field.name in ("colour", "reach_px") and value == 0):
+            if not (np.isfinite(value) and value >= 0) or (
+                field.name in ("colour", "reach_px", "smooth") and value == 0
+            ):
                 raise Refusal(f"prior: {field.name} is {value}, expected a finite number above 0")
 
     @property

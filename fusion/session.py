@@ -27,7 +27,7 @@ def fuse_into(
     response: RangeResponse,
     method: str,
     *,
-    carry: bool = False,
+    alone: bool = False,
     voxel_m: float = 0.04,
     names: dict[str, str] | None = None,
     progress: Progress = silent,
@@ -35,14 +35,14 @@ def fuse_into(
     """Write every frame of a recording into `folder`, mesh.ply and cloud.ply of all, and summary.json; what it says.
 
     Poses are those recorded, else by odometry where there is colour; frames whose pose cannot be told are not in the
-    volume. carry: whether unmixing carries depth over from frame to frame. names: what to keep in the summary besides.
+    volume. alone: whether each frame is taken by itself. names: what to keep in the summary besides.
     Raises `Refusal` at the first frame that cannot be.
     """
     volume, odometry = Volume(voxel_m), Odometry()
     tally = np.zeros((3, sight.zones), int)
     frames = []
     for number, (frame, seen) in enumerate(
-        progress(fuse(passing, sight, response, method, carry=carry), passing.count, "fusing frames")
+        progress(fuse(passing, sight, response, method, alone=alone), passing.count, "fusing frames")
     ):
         tally += _states(seen)
         frames.append(save_frame(folder, number, frame, seen))
@@ -58,7 +58,7 @@ def fuse_into(
         "sensor": response.sensor.name,
         "mode": response.sensor.mode,
         "method": method,
-        "carried_over": carry,
+        "alone": alone,
         "zone_grid": [int(n) for n in sight.zone_grid],
         "image_size": [int(n) for n in sight.shape[::-1]],
         "intrinsics": np.asarray(sight.intrinsics, float).tolist(),

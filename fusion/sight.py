@@ -90,10 +90,7 @@ class Sight:
         height, width = (max(1, round(n / coarser)) for n in self.shape)
         # OpenCV takes few channels at once, so one zone after another.
         weights = [cv2.resize(w, (width, height), interpolation=cv2.INTER_AREA) for w in self.weights]
-        shrink = np.diag([width / self.shape[1], height / self.shape[0], 1.0])
-        # Pixel centres are at integers: x_coarse = (x + ½)·shrink − ½.
-        half = np.array([[1.0, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
-        there = np.linalg.inv(half) @ shrink @ half @ self.intrinsics
+        there = rescaled(self.intrinsics, width / self.shape[1], height / self.shape[0])
         return Sight(np.stack(weights), there, self.zone_grid, self.baseline_m, self.calibration_range_m)
 
     def shift_px(self, range_m: np.ndarray) -> np.ndarray:
@@ -119,6 +116,13 @@ class Sight:
             for weight, (x, y) in zip(self.weights, self.shift_px(range_m), strict=True)
         ]
         return replace(self, weights=np.stack(weights), footprints=None)
+
+
+def rescaled(intrinsics: np.ndarray, across: float, down: float) -> np.ndarray:
+    """(3, 3) of a grid with so many times the columns and rows over the same field."""
+    # Pixel centres are at integers: x_new = (x + ½)·across − ½.
+    half = np.array([[1.0, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
+    return np.linalg.inv(half) @ np.diag([across, down, 1.0]) @ half @ intrinsics
 
 
 def sight(

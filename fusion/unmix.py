@@ -1,7 +1,8 @@
 """Unmixing: the depth image that has the zones' histograms, smooth but for where colour changes.
 
 1. Each zone's light becomes a distribution of area over range (`shares`).
-2. Its mean is that of the logarithm of range over the zone's footprint: kriging finds the smoothest such image.
+2. Its mean is that of the logarithm of range over the zone's footprint: kriging finds the smoothest such image,
+   through what the images of a camera that moves tell (`told`).
 3. Its shape is that of the image's own distribution in the footprint: descent makes them alike (`matching`).
 """
 
@@ -11,11 +12,13 @@ import cv2
 import numpy as np
 
 from fusion.edges import Field, guided_field
-from fusion.kriging import krige
 from fusion.matching import match
+from fusion.motion import Motion
 from fusion.prior import Prior
 from fusion.shares import Shares, shares
 from fusion.sight import Sight
+from fusion.smoothest import Points, smoothest
+from fusion.told import told
 from fusion.upsample import upsample, upsample_guided
 from fusion.zone_view import ZoneDepths
 from physics.geometry import incidence_cosine
@@ -35,13 +38,13 @@ def unmix(
     depths: ZoneDepths,
     rgb: np.ndarray | None,
     *,
-    before: np.ndarray | None = None,
+    motion: Motion | None = None,
     prior: Prior = PRIOR,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Depth, sigma (metres) and confidence, all (H, W) float32, of one frame.
 
     depths: of one frame, (P,). rgb: (H, W, 3) uint8, None where the camera gave nothing: no edges are known then.
-    before: (h, w) metres on the coarse grid, what an earlier frame says of this view (`carried`), NaN where nothing.
+    motion: an earlier image of the same camera and how it moved since; it tells nothing without `rgb`.
     Depth and sigma are NaN, and confidence 0, where no zone that reports a range sees the pixel. Raises `Refusal` where
     there are other zones than maps, or images of another shape.
     """
@@ -50,14 +53,13 @@ def unmix(
     if rgb is not None and rgb.shape != (*sight.shape, 3):
         raise Refusal(f"rgb has shape {rgb.shape}, expected {(*sight.shape, 3)}")
     grid = sight.coarse
-    if before is not None and before.shape != grid.shape:
-        raise Refusal(f"before has shape {before.shape}, expected the coarse grid's {grid.shape}")
     observed = shares(depths, prior.certain)
     if not len(observed.zones):
         nothing = np.full(sight.shape, np.nan, np.float32)
         return nothing, nothing.copy(), np.zeros(sight.shape, np.float32)
     field = guided_field(rgb, grid.shape, prior.colour, prior.left, INTRINSIC)
-    image = log_range(grid, observed, field, reflectance(rgb, grid.shape), before, prior)
+    points = None if rgb is None or motion is None else told(grid, observed, rgb, motion)
+    image = log_range(grid, observed, field, reflectance(rgb, grid.shape), points, prior)
     heard = grid.normalised[observed.zones]
     share = heard / np.maximum(heard.sum(axis=0), 1e-12)
     relative = np.sqrt(prior.least_sigma**2 + np.tensordot((prior.of_spread * observed.spread) ** 2, share, axes=1))
@@ -70,27 +72,30 @@ def unmix(
 
 
 def log_range(
-    grid: Sight, observed: Shares, field: Field, bright: np.ndarray, before: np.ndarray | None, prior: Prior
+    grid: Sight,
+    observed: Shares,
+    field: Field,
+    bright: np.ndarray,
+    points: Points | None,
+    prior: Prior,
 ) -> np.ndarray:
-    """(h, w) logarithm of range in metres on the coarse grid; bright: (h, w) guess of reflectance."""
+    """(h, w) logarithm of range in metres on the coarse grid.
+
+    bright: (h, w) guess of reflectance. points: (h, w) logarithm of range and its precision, as images tell it.
+    """
     weights = grid.weights[observed.zones].astype(float)
     heard = grid.normalised[observed.zones].astype(float)
     heard /= np.maximum(heard.sum(axis=0), 1)
     # Between none of the guess and all of it: colour says about half of what is to be known of near infrared.
     footprints = weights * np.sqrt(bright)
     footprints /= np.maximum(footprints.sum(axis=(1, 2), keepdims=True), 1e-30)
-    image = krige(field, footprints, observed.mean, prior.mean_off)
-    if before is not None:
-        known = np.isfinite(before)
-        image[known] = np.log(before[known] * grid.ray_length[known])
-        off = observed.mean - footprints.reshape(len(footprints), -1) @ image.ravel()
-        image += krige(field, footprints, off, prior.mean_off)
-    local = replace(field, ridge=prior.ridge)
+    image, firm = smoothest(field, footprints, observed, points, prior)
+    local = replace(field, ridge=prior.ridge + firm)
     for _ in range(prior.rounds):
         depth = (np.exp(image) / grid.ray_length).astype(np.float32)
         cosine = incidence_cosine(depth[None], grid.intrinsics)[0]
         areas = weights * np.clip(np.nan_to_num(cosine, nan=1.0), GRAZING, 1)
-        image = match(local, image, heard, areas, observed, prior.steps)
+        image = match(local, image, heard, areas, observed, prior.steps, prior.ridge)
     return image
 
 

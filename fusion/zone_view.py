@@ -46,6 +46,12 @@ class ZoneDepths:
         seen = np.isfinite(self.surface_m).any(axis=-1)
         return np.where(seen, np.nansum(self.area * self.surface_m, axis=-1), np.nan)
 
+    @property
+    def typical_m(self) -> float:
+        """Geometric mean of the zones' mean ranges, NaN where there is none."""
+        known = np.isfinite(self.mean_m) & (self.mean_m > 0)
+        return float(np.exp(np.log(self.mean_m[known]).mean())) if known.any() else np.nan
+
     @cached_property
     def deviation_m(self) -> np.ndarray:
         """(F, P) standard deviation of the range of a point somewhere in the zone: surfaces, spreads and errors."""

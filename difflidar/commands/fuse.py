@@ -12,10 +12,10 @@ from difflidar.progress import bar
 @click.option("--calibration", "maps_path", required=True, type=click.Path(path_type=Path), help="Response maps, .npz.")
 @click.option("--sensor", "sensor_name", help="A sensor.json, or a preset; default: as recorded.")
 @click.option("--method", help="How depth is found; default: the best there is.")
-@click.option("--carry-over", is_flag=True, help="Let unmixing carry depth from one frame with a pose to the next.")
+@click.option("--alone", is_flag=True, help="Take each frame by itself: earlier images and poses tell nothing.")
 @click.option("--voxel", default=0.04, show_default=True, help="Edge of the voxels of the mesh, metres.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder to write.")
-def command(recording, maps_path, sensor_name, method, carry_over, voxel, out):
+def command(recording, maps_path, sensor_name, method, alone, voxel, out):
     """Fuse RECORDING into depth for every pixel of its camera, and into point clouds.
 
     Zones look where the response maps say. Of every frame OUT receives depth, its uncertainty, confidence, the zone
@@ -36,7 +36,7 @@ def command(recording, maps_path, sensor_name, method, carry_over, voxel, out):
     names = {"recording": recording.name, "calibration": maps_path.name}
     with folder_aside(out) as folder:
         said = fuse_into(
-            folder, passing, sight, response, method, carry=carry_over, voxel_m=voxel, names=names, progress=bar
+            folder, passing, sight, response, method, alone=alone, voxel_m=voxel, names=names, progress=bar
         )
     click.echo(f"wrote {out}: {len(said['frames'])} frames by {method}")
     for sentence in said["sentences"]:

@@ -77,16 +77,15 @@ def test_pictures_may_be_encoded_and_depths_known(rig, recording):
     np.testing.assert_array_equal(given.rgb, found.rgb)
 
 
-def test_depth_is_carried_over_where_both_frames_have_poses(rig, recording):
-    def made(pose, previous=None):
-        arguments = recording.counts[1], recording.rgb[1], rig.sight, rig.response, "unmix"
-        return fuse_frame(*arguments, pose=pose, previous=previous).depth_m
-
-    before = fuse_frame(recording.counts[0], None, rig.sight, rig.response, "splat", pose=np.eye(4))
-    alone = made(np.eye(4))
-    assert not np.array_equal(made(np.eye(4), before), alone, equal_nan=True)
-    np.testing.assert_array_equal(made(None, before), alone)
-    np.testing.assert_array_equal(made(np.eye(4), replace(before, pose=None)), alone)
+def test_images_that_no_depth_explains_tell_nothing(rig, recording, tmp_path):
+    """The same picture from another place: nothing moved, as if all of it were infinitely far."""
+    save(recording, tmp_path / "r.npz")
+    together, alone = (
+        [frame.depth_m for frame, _ in fuse(*open_rig(tmp_path / "r.npz", rig.maps), alone=alone)]
+        for alone in (False, True)
+    )
+    for one, other in zip(together, alone, strict=True):
+        np.testing.assert_allclose(one, other, rtol=0.1)
 
 
 def test_what_does_not_fit_is_refused(rig, recording):

@@ -86,7 +86,8 @@ def test_descent_makes_distributions_alike():
     start = np.full(shape, 0.65) + 0.01 * rng.normal(size=shape)
     flat = heard.reshape(2, -1)
     before, few, many = (
-        distance(match(field, start, heard, heard, observed, n).ravel(), flat, observed.cumulative) for n in (0, 5, 40)
+        distance(match(field, start, heard, heard, observed, n, 1 / 36).ravel(), flat, observed.cumulative)
+        for n in (0, 5, 40)
     )
     assert before > few > many
 

@@ -80,18 +80,6 @@ def test_nothing_anywhere():
     assert (confidence == 0).all()
 
 
-def test_what_an_earlier_frame_saw_is_kept_where_histograms_allow():
-    where = nine_zones()
-    left = np.broadcast_to(np.arange(SHAPE[1]) < 56, SHAPE)
-    depth = np.where(left, 1.2, 2.4)
-    view = seen_by(where, depth)
-    blind = unmix(where, view, None)[0]
-    rows, columns = ((np.arange(n) * m / n).astype(int) for n, m in zip(where.coarse.shape, SHAPE, strict=True))
-    known = unmix(where, view, None, before=depth[np.ix_(rows, columns)])[0]
-    near = np.abs(np.arange(SHAPE[1]) - 56) < 24
-    assert np.abs(known - depth)[30:66, near].mean() < 0.7 * np.abs(blind - depth)[30:66, near].mean()
-
-
 def test_what_does_not_fit_is_refused():
     where = nine_zones()
     view = seen_by(where, np.full(SHAPE, 1.6))
@@ -99,8 +87,6 @@ def test_what_does_not_fit_is_refused():
         unmix(where, zone_view(view.light[:4]), None)
     with pytest.raises(Refusal, match="rgb has shape"):
         unmix(where, view, np.zeros((8, 8, 3), np.uint8))
-    with pytest.raises(Refusal, match="coarse grid"):
-        unmix(where, view, None, before=np.ones((3, 3)))
     with pytest.raises(Refusal, match="colour is 0"):
         Prior(colour=0.0)
 
