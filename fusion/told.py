@@ -13,8 +13,8 @@ from fusion.sweep import plane_sweep
 DEPTHS = 24
 # Zones blur by this much of the logarithm of range; and surfaces that they do not report are this likely beside them.
 BLUR, ELSEWHERE = 2 * STEP, 0.05
-# Pixels where no zone responds with this part of its peak are left out.
-UNHEARD = 0.01
+# Pixels where no zone responds with this part of its peak are left out, and of others zones with less than this share.
+UNHEARD, FAINT = 0.01, 0.03
 # Part of a zone's view that does not count as reported.
 UNREPORTED = 0.001
 # Standard deviation of the logarithm of range that poses and windows leave, and from which on nothing is told.
@@ -40,8 +40,9 @@ def told(grid: Sight, observed: Shares, rgb: np.ndarray, motion: Motion) -> tupl
     whole = rescaled(grid.intrinsics, FINER, FINER)
     part = np.array([[1, 0, -FINER * columns.start], [0, 1, -FINER * rows.start], [0, 0, 1]]) @ whole
     found = plane_sweep(now, motion.grey, (part, whole), motion.step, depth_m)
-    likelihood = found.reshape(DEPTHS, now.shape[0] // FINER, FINER, now.shape[1] // FINER, FINER).mean(axis=(2, 4))
+    likelihood = sum(found[:, i::FINER, k::FINER] for i in range(FINER) for k in range(FINER)) / np.float32(FINER**2)
     share = (heard / np.maximum(heard.sum(axis=0), 1e-12))[:, rows, columns]
+    share[share < FAINT] = 0
     density = gaussian_filter1d(np.gradient(observed.cumulative, STEP, axis=1), BLUR / STEP, axis=1)
     lengths = np.log(grid.ray_length[rows, columns].astype(float))
     mean[rows, columns], variance[rows, columns] = _moments(
@@ -79,7 +80,8 @@ def _moments(likelihood, log_depth, log_length, share, density, first, step):
                 part = min(max(place - b, 0.0), 1.0)
                 here = 0.0
                 for p in range(len(share)):
-                    here += share[p, v, u] * (density[p, b] * (1 - part) + density[p, b + 1] * part)
+                    if share[p, v, u] > 0:
+                        here += share[p, v, u] * (density[p, b] * (1 - part) + density[p, b + 1] * part)
                 heights[k] = likelihood[k, v, u] + np.log(here + ELSEWHERE)
                 most = max(most, heights[k])
             if not np.isfinite(heights.sum()):
