@@ -7,16 +7,20 @@ from rich.console import Console
 
 
 @click.command()
-@click.argument("rig", type=click.Path(path_type=Path))
+@click.argument("rig", default="rig.json", type=click.Path(path_type=Path))
 @click.option("--plan", "plan_path", type=click.Path(path_type=Path), help="Check the arm's reach of this plan, too.")
 @click.option("--out", default=".", type=click.Path(path_type=Path, file_okay=False), help="Where scans are written.")
 def command(rig, plan_path, out):
-    """Check sensor, camera, arm, clocks and disk of RIG, and say what to do about each failure; nothing moves."""
+    """Check sensor, camera, arm, clocks and disk of RIG (rig.json); say what to do about failures; nothing moves."""
     from calibrate.rig import load_rig
     from devices.doctor import examine
     from devices.scan.motion_plan import load_plan
     from recordings.refusal import Refusal
 
+    if not rig.exists():
+        raise Refusal(
+            f"{rig}: no such file; expected a rig file, docs/lab.md says what is in it, `rehearse` writes one"
+        )
     setup = load_rig(rig)
     plan = None if plan_path is None else load_plan(plan_path)
     if not out.is_dir():

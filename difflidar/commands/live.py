@@ -18,7 +18,9 @@ CAMERA_AWAY_S = 60.0
 
 
 @click.command()
-@click.option("--rig", "rig_path", required=True, type=click.Path(path_type=Path), help="The rig file, rig.json.")
+@click.option(
+    "--rig", "rig_path", default="rig.json", show_default=True, type=click.Path(path_type=Path), help="The rig file."
+)
 @click.option("--calibration", "maps_path", required=True, type=click.Path(path_type=Path), help="Response maps, .npz.")
 @click.option("--sensor", "sensor_name", help="A sensor.json, or a preset; default: by the rig's mode.")
 @click.option("--method", help="Of fusion, as `difflidar fuse` has it; default: splat, the fastest.")

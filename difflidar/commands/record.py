@@ -11,7 +11,9 @@ AWAY_S = 60.0
 
 
 @click.command()
-@click.option("--rig", "rig_path", required=True, type=click.Path(path_type=Path), help="The rig file, rig.json.")
+@click.option(
+    "--rig", "rig_path", default="rig.json", show_default=True, type=click.Path(path_type=Path), help="The rig file."
+)
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Recording to write, .rrd or .npz.")
 @click.option("--frames", "most", type=click.IntRange(1), help="End after so many frames; default: when interrupted.")
 def command(rig_path, out, most):

@@ -12,7 +12,9 @@ from difflidar.progress import bar
 
 @click.command()
 @click.argument("plan", type=click.Path(path_type=Path))
-@click.option("--rig", "rig_path", required=True, type=click.Path(path_type=Path), help="The rig file, rig.json.")
+@click.option(
+    "--rig", "rig_path", type=click.Path(path_type=Path), help="The rig file.  [default: rig.json beside PLAN]"
+)
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Recording to write, .rrd.")
 @click.option("--resume", is_flag=True, help="Go on with the scan that was left at --out.")
 @click.option("--prior", type=click.Path(path_type=Path), help="Maps of the other range mode, for an adaptive plan.")
@@ -29,7 +31,7 @@ def command(plan, rig_path, out, resume, prior, live, address):
 
     if out.suffix != ".rrd":
         raise Refusal(f"{out}: expected a name that ends in .rrd")
-    motion, rig = load_plan(plan), load_rig(rig_path)
+    motion, rig = load_plan(plan), load_rig(rig_path or plan.with_name("rig.json"))
     if prior is not None and motion.order != "adaptive":
         raise Refusal("--prior: only an adaptive plan has a use for other maps, this plan's order is " + motion.order)
     known = None if prior is None else load_maps(prior)

@@ -69,6 +69,13 @@ def test_doctor_says_what_is_missing_and_what_to_do(rig, tmp_path, capsys):
     assert "checks failed, see above for what to do about each" in said.err
 
 
+def test_a_scan_takes_the_rig_file_beside_its_plan(rig, tmp_path, capsys):
+    plan = tmp_path / "plan.json"
+    plan.write_bytes((rig / "plan.json").read_bytes())
+    assert run("scan", plan, "--out", tmp_path / "s.rrd") == 2
+    assert f"{tmp_path / 'rig.json'}: no such file" in " ".join(capsys.readouterr().err.split())
+
+
 def test_what_is_recorded_is_a_recording_of_the_rig(rig, tmp_path, capsys):
     assert run("record", "--rig", rig / "rig.json", "--out", tmp_path / "seen.rrd", "--frames", "3") == 0
     assert "3 frames" in capsys.readouterr().out
