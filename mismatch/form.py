@@ -53,6 +53,11 @@ class Form:
         """Equal for forms that begin with the same strengths, of all or of each zone, in the same place."""
         return self.strengths, self.own, self.effect.at(**self.start).key
 
+    @property
+    def looks(self) -> bool:
+        """Whether its effect, where it begins, looks at what was recorded."""
+        return self.effect.looks(self.start)
+
     def setting(self, x: np.ndarray) -> Setting:
         """The effect at coordinates (N,)."""
         values, at = dict(self.start), 0

@@ -10,11 +10,6 @@ from mismatch.score import Score, log_chance
 from mismatch.simulation import Simulation
 
 
-def looks(form: Form) -> bool:
-    """Whether it does."""
-    return form.effect.looks(form.setting(form.at_start()).values)
-
-
 def looked(simulation: Simulation, fitted: Fit, form: Form) -> Score:
     """What it gains where it begins. Its information is not told: it does not grow with the square of its strength."""
     forms, x = (*fitted.forms, form), np.concatenate([fitted.x, form.at_start()])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from mismatch.fit import Fit
 from mismatch.form import Form
-from mismatch.looked import looked, looks
+from mismatch.looked import looked
 from mismatch.projection import Projection
 from mismatch.score import Score, changes_of, score_by
 from mismatch.simulation import Simulation
@@ -28,9 +28,9 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
 
     def of_effect(same: list[Form]) -> list[Score]:
         # Where effects that look begin, only the data say.
-        every = (*(form for form in same if not looks(form)), *suggested(simulation, fitted, same))
+        every = (*(form for form in same if not form.looks), *suggested(simulation, fitted, same))
         # Forms that begin alike promise alike, whatever else they leave free; but those that look pay for that.
-        keys = [(form.begins_alike, form.free if looks(form) else None) for form in every]
+        keys = [(form.begins_alike, form.free if form.looks else None) for form in every]
         once = {key: form for key, form in zip(keys, every, strict=True)}
         promised = {key: promise(simulation, fitted, projection, form, known) for key, form in once.items()}
         found = [(form, promised[key]) for form, key in zip(every, keys, strict=True)]
@@ -52,7 +52,7 @@ def promise(
 
     known: whether what it changed beside an earlier fit tells enough, where by that it promises nothing.
     """
-    if looks(form):
+    if form.looks:
         return looked(simulation, fitted, form)
     memory, key = simulation.remembered, form.begins_alike
     if known and key in memory.changes:

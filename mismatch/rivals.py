@@ -51,18 +51,19 @@ def rivals(
     others = [other for other in now.forms if other is not form]
     taken = {other.effect.id for other in others}
 
-    def swapped(candidate: Candidate) -> Rival | None:
+    def swapped(candidate: Candidate) -> Fit | None:
         if not others and candidate.fit.frame_gain_sigma == now.frame_gain_sigma:
-            return _rival(train, test, candidate.form, candidate.fit)  # There is nothing else it was fitted without.
+            return candidate.fit  # There is nothing else it was fitted without.
         x = np.concatenate([now.x[:1], *(coordinates(now, other) for other in others), _start(candidate)])
         try:
-            fitted = fit(train, (*others, candidate.form), x, now.frame_gain_sigma)
+            return fit(train, (*others, candidate.form), x, now.frame_gain_sigma)
         except Refusal:
             return None
-        return _rival(train, test, candidate.form, fitted)
 
     close = [c for c in _close(rounds, form) if c.form.effect.id not in taken and c.form is not form]
-    found += [rival for rival in train.each(swapped, close) if rival is not None]
+    fits = zip(close, train.each(swapped, close), strict=True)
+    # One by one: what a cause leaves uncertain may take longer than all else, and works on all cores by itself.
+    found += [_rival(train, test, candidate.form, fitted) for candidate, fitted in fits if fitted is not None]
     beaten = [rival for rival in _best_of_each(found) if rival is not found[0]]
     if not train.work.enough:
         beaten = [_richer(train, test, rival, forms) for rival in beaten]

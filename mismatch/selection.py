@@ -9,7 +9,6 @@ from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
-from mismatch.looked import looks
 from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
 from mismatch.refined import plainer, refined
@@ -124,7 +123,7 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
             if len(effects) >= (MOST_FITTED if s.gain > CLOSE * best else FITTED):
                 continue
             effects.append(name)
-        alike = [c.form for c in chosen if c.form.effect.id == name and looks(c.form) == looks(s.form)]
+        alike = [c.form for c in chosen if c.form.effect.id == name and c.form.looks == s.form.looks]
         plain = len(alike) >= 2 and not s.form.own and all(form.own for form in alike)
         another = len(alike) < MOST_WAYS and all(form.strengths != s.form.strengths for form in alike)
         if len(alike) < 2 or plain or another:

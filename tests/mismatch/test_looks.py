@@ -8,7 +8,7 @@ import pytest
 from mismatch.fit import expected_at, fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.gained import gained
-from mismatch.looked import looked, looks
+from mismatch.looked import looked
 from mismatch.looks import blur, deviance_at, equations, flattery
 from mismatch.noise import FrameGains
 from physics.effects import find_effect
@@ -63,8 +63,8 @@ def test_a_fit_finds_how_strong_and_how_often(disturbed):
 
 def test_only_pulses_that_roam_look():
     forms = list(forms_of(find_effect("interference"), SIZES))
-    assert {form.free for form in forms if looks(form)} == {("roaming", "present"), ("roaming", "present", "longer")}
-    assert not looks(next(forms_of(find_effect("impulse_tail"), SIZES)))
+    assert {form.free for form in forms if form.looks} == {("roaming", "present"), ("roaming", "present", "longer")}
+    assert not next(forms_of(find_effect("impulse_tail"), SIZES)).looks
 
 
 def test_where_there_is_nothing_nothing_is_promised(drawn):

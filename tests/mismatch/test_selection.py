@@ -54,18 +54,15 @@ def test_a_rival_gains_the_parameter_it_lacked(drawn):
     assert found.deviance < fitted.deviance - 20
 
 
-NOTHING = SimpleNamespace(values={})
-
-
 def scores(*promised):
     """Scores of forms of effects by name, that look or not, and promise so much; best first."""
     made = []
     for name, looks, gain in sorted(promised, key=lambda one: -one[2]):
-        effect = SimpleNamespace(id=name, looks=lambda values, looks=looks: looks)
+        effect = SimpleNamespace(id=name)
         # By zone, as the name says.
         own = ("passed",) if name == "by zone" else ()
         alike = {"own": own, "strengths": ("passed",)}
-        form = SimpleNamespace(effect=effect, **alike, setting=lambda x: NOTHING, at_start=lambda: None)
+        form = SimpleNamespace(effect=effect, **alike, looks=looks)
         made.append(SimpleNamespace(form=form, gain=gain))
     return made
 
