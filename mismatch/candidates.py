@@ -9,6 +9,7 @@ from mismatch.descent import Descent
 from mismatch.fit import Fit, on_others, reached
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT, falls_short, gained
+from mismatch.pattern import drawn
 from mismatch.poisson import LEAST
 from mismatch.race import race
 from mismatch.score import Score, start_of, suggests
@@ -106,8 +107,9 @@ def cost(simulation: Simulation, fitted: Fit) -> float:
     whole = [2 * np.log(2 + abs(number)) for number in numbers if number.is_integer()]
     choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets + sum(whole)
     choices += 2 * np.log(len(all_effects())) * len(fitted.forms)
-    counted = len(fitted.x) + len(numbers) - len(whole)
-    return price(simulation) * counted + choices + strain(simulation, fitted)
+    counted = fitted.numbers + len(numbers) - len(whole)
+    patterns = 0.0 if fitted.pattern is None else fitted.pattern.cost + price(simulation)
+    return price(simulation) * counted + patterns + choices + strain(simulation, fitted)
 
 
 def strain(simulation: Simulation, fitted: Fit) -> float:
@@ -130,12 +132,18 @@ def candidates_of(train: Simulation, test: Simulation, before: Fit, chosen: list
         return candidate(train, test, before, chosen[i], reached(descents[i]))
 
     descents = train.each(begun, chosen)
-    left = race(descents, [price(train) * len(descent.x) for descent in descents])
+    left = race(descents, [least_cost(train, descent.forms) for descent in descents])
     made = train.each(judged, range(len(chosen)))
     if left and not any(made[i].stands_out(len(chosen)) for i in range(len(chosen)) if i not in left):
         train.each(lambda i: descents[i].run(), left)
         made = train.each(judged, range(len(chosen)))
     return sorted(made, key=lambda c: c.criterion)
+
+
+def least_cost(train: Simulation, forms: tuple[Form, ...]) -> float:
+    """Deviance that forms must gain at least: of numbers that are drawn, what they fit of noise and predict of it."""
+    many = len(drawn(forms))
+    return price(train) * (1 + sum(len(form.coordinates) for form in forms) - many) + 2.0 * many
 
 
 def candidate(train: Simulation, test: Simulation, before: Fit, found: Score, fitted: Fit) -> Candidate:

@@ -95,7 +95,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     uncertain = blur(simulation, explained.gain, explained.settings)
     remains = max(sum(place.gain for place in left) - uncertain, 0.0) * len(test.frames) / frames
     won = marginal_deviance(test, first) - marginal_deviance(test, judged)
-    missing = remains + len(judged.x) - 1
+    missing = remains + judged.numbers - 1 + (0.0 if judged.pattern is None else judged.pattern.effective)
     kind = "explained" if judged.forms else "agrees"
     # What another formula of the same cause would take up.
     minor = rounds[-1].minor

@@ -10,6 +10,7 @@ from mismatch.errors import NEAR, covariance
 from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import FrameGains
+from mismatch.pattern import Pattern, drawn, shrunk
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
 from physics.effect import Setting
@@ -25,7 +26,7 @@ class Fit:
 
     gain: counts per unit of light. forms: what was fitted beside it. x: (N,) coordinates, log gain first.
     expected: (F, P, T). deviance: with the frames' own gains at their best, and what those cost. frame_gain_sigma:
-    relative, of frames' gains. simulation: what was fitted.
+    relative, of frames' gains. simulation: what was fitted. pattern: of numbers that are drawn, None if there are none.
     """
 
     gain: float
@@ -35,6 +36,12 @@ class Fit:
     deviance: float
     frame_gain_sigma: float
     simulation: Simulation
+    pattern: Pattern | None = None
+
+    @property
+    def numbers(self) -> int:
+        """How many coordinates are fitted each by itself."""
+        return len(self.x) - (0 if self.pattern is None else len(self.pattern.which))
 
     @property
     def settings(self) -> tuple[Setting, ...]:
@@ -51,6 +58,8 @@ class Fit:
         """(N, N) of x; made when it is asked for, as it takes renderings."""
         gains = FrameGains(self.simulation, self.frame_gain_sigma)
         _, information = equations(gains, self.forms, self.x, self.expected, self.columns)
+        if self.pattern is not None:
+            information = information + self.pattern.prior(len(self.x))
 
         def rise(x: np.ndarray, held: int | None) -> float:
             found = self._deviance_near(gains, information, x, held)
@@ -87,11 +96,26 @@ def fit(
     simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float = 0.0, *, most_steps: int = MOST_STEPS
 ) -> Fit:
     """The best of a model, from x on: Fisher scoring with Levenberg's damping, within bounds."""
-    return reached(Descent(simulation, forms, x, sigma).run(most_steps))
+    descent = Descent(simulation, forms, x, sigma).run(most_steps)
+    return reached(descent) if most_steps else _there(descent)
 
 
 def reached(descent: Descent) -> Fit:
-    """The fit that a descent has come to."""
+    """The fit that a descent has come to; numbers that are drawn are shrunk."""
+    found, forms = _there(descent), descent.forms
+    if not drawn(forms).size:
+        return found
+    simulation, gains = descent.simulation, descent.gains
+    _, information = equations(gains, forms, found.x, found.expected, found.columns)
+    x, pattern = shrunk(forms, found.x, information)
+    x = np.clip(x, descent.low, descent.high)
+    expected = expected_at(simulation, forms, x)
+    deviance = deviance_at(gains, forms, x, expected)
+    return Fit(float(np.exp(x[0])), forms, x, expected, deviance, gains.sigma, simulation, pattern)
+
+
+def _there(descent: Descent) -> Fit:
+    """The fit where a descent is."""
     x, sigma = descent.x, descent.gains.sigma
     gain = float(np.exp(x[0]))
     return Fit(gain, descent.forms, x, descent.expected, descent.deviance, sigma, descent.simulation)

@@ -50,8 +50,8 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
         # a likelihood ratio as large as exp(gain/2) is less than its inverse (Markov).
         z, expected = min(z, float(np.sqrt(max(before - after, 0.0)))), _if_it_were_true(test, less, more)
     # Each parameter has fitted noise of other frames, too: it makes the fuller one look farther away by one, and gain
-    # one less.
-    fitted_noise = 2.0 * (len(more.x) - len(less.x))
+    # one less. Numbers that are drawn are shrunk by as much.
+    fitted_noise = 2.0 * (more.numbers - less.numbers)
     return Gained(before - after, max(expected - fitted_noise, 0.0), z)
 
 

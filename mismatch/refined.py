@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mismatch.candidates import cost, price
+from mismatch.candidates import cost, least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, fit, on_others, reached
 from mismatch.form import Form
@@ -27,7 +27,8 @@ def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form])
     """
     chosen = set_in(train, test, chosen)
     for _ in range(MOST_TIMES):
-        if not what_is_left(train, chosen):
+        # Numbers of all bins leave nothing, whatever fewer would do as well.
+        if chosen.pattern is None and not what_is_left(train, chosen):
             break
         found = _best(train, chosen, list(richer(chosen.forms[-1], forms)))
         if found is None or found.deviance + cost(train, found) >= chosen.deviance + cost(train, chosen):
@@ -92,12 +93,9 @@ def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:
             return None
 
     descents = [descent for descent in train.each(begun, forms) if descent is not None]
-    race(descents, [price(train) * len(descent.x) for descent in descents])
-    return min(
-        (reached(descent) for descent in descents),
-        key=lambda found: found.deviance + price(train) * len(found.x),
-        default=None,
-    )
+    race(descents, [least_cost(train, descent.forms) for descent in descents])
+    found = [reached(descent) for descent in descents]
+    return min(found, key=lambda one: one.deviance + cost(train, one), default=None)
 
 
 def richer(form: Form, forms: list[Form]) -> Iterator[Form]:
@@ -119,5 +117,5 @@ def _adds(other: Form, form: Form) -> bool:
     One of so many strengths that it is tried in no other way begins here whatever it has in common.
     """
     many = len(other.strengths) > MOST_STRENGTHS and other.free not in form.effect.richer
-    strengths = (set(other.strengths) >= set(form.strengths) or many) and set(other.own) >= set(form.own)
-    return strengths and bool(set(other.free) - set(form.free))
+    strengths = set(other.strengths) >= set(form.strengths) and set(other.own) >= set(form.own)
+    return (strengths or many) and bool(set(other.free) - set(form.free))

@@ -142,7 +142,9 @@ def without_superfluous(train: Simulation, fitted: Fit) -> Fit:
     """The fit less every earlier effect whose absence costs less than its parameters' price."""
     for form in fitted.forms[:-1]:
         less = without(train, fitted, form)
-        if less.deviance - fitted.deviance < price(train) * len(form.coordinates):
+        patterns = 0.0 if fitted.pattern is None else fitted.pattern.cost
+        patterns -= 0.0 if less.pattern is None else less.pattern.cost
+        if less.deviance - fitted.deviance < price(train) * (fitted.numbers - less.numbers) + patterns:
             return without_superfluous(train, less)
     return fitted
 

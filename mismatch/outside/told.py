@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mismatch.candidates import price
+from mismatch.candidates import least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, fit_nominal, reached
 from mismatch.form import Form, forms_of
@@ -69,7 +69,7 @@ def _outside(train: Simulation, less: Fit, judged: Fit) -> list[Fit]:
         return Descent(train, (*less.forms, found.form), x, judged.frame_gain_sigma)
 
     descents = train.each(begun, best)
-    race(descents, [price(train) * len(descent.x) for descent in descents])
+    race(descents, [least_cost(train, descent.forms) for descent in descents])
     return [reached(descent) for descent in descents]
 
 
