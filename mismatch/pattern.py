@@ -3,20 +3,23 @@
 Each bin's number fitted by itself follows noise as well as what is there; it predicts other frames worse the weaker the
 pattern is, until it predicts nothing that is seen in the sum of them all. Taken as drawn from a normal distribution
 about nothing they are shrunk towards it by as much as noise has widened them (James and Stein 1961; the width by
-maximum likelihood, the numbers integrated out: Morris 1983, J. Am. Stat. Assoc. 78, 47). Of a likelihood that is normal
-about its best, of information I and precision Λ of the distribution, all of this is linear.
+maximum likelihood, the numbers integrated out: Morris 1983, J. Am. Stat. Assoc. 78, 47). Edges of bins are drawn each
+by itself, as where a delay line's taps are off, or their distances are, as where bins are unequally wide: then an edge
+lies where the widths before it end, and the edges walk. The likelier of the two is taken. Of a likelihood that is
+normal about its best, of information I and precision Λ of the distribution, all of this is linear.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
 from mismatch.coordinate import to_coordinate
 from mismatch.form import Form
 
 # Of what each has a number of its own that is drawn: of these there are many.
-AXES = ("bin", "edge")
+BIN, EDGE = "bin", "edge"
 # The width lies between these parts of what would be seen, and of what could be.
 LEAST, MOST = 1e-3, 1e3
 
@@ -25,26 +28,28 @@ LEAST, MOST = 1e-3, 1e3
 class Pattern:
     """What is known of numbers that are drawn.
 
-    which: (K,) coordinates. precision: inverse square of the width of their distribution. cost: deviance that the
-    numbers must gain, Schwarz's price of single ones in other places. effective: how many numbers they are worth.
+    which: (K,) coordinates. width: of their distribution, or of that of their distances. precision: (K, K) inverse of
+    its covariance. cost: deviance that the numbers must gain, Schwarz's price of single ones in other places.
+    effective: how many numbers they are worth.
     """
 
     which: np.ndarray
-    precision: float
+    width: float
+    precision: np.ndarray
     cost: float
     effective: float
 
     def prior(self, count: int) -> np.ndarray:
         """(N, N) precision of N coordinates."""
-        out = np.zeros(count)
-        out[self.which] = self.precision
-        return np.diag(out)
+        out = np.zeros((count, count))
+        out[np.ix_(self.which, self.which)] = self.precision
+        return out
 
 
 def drawn(forms: tuple[Form, ...]) -> np.ndarray:
     """(K,) coordinates, log gain first, that are numbers of each bin or edge."""
     each = [p for form in forms for p in form.coordinates]
-    return np.array([i for i, (p, place) in enumerate(each, 1) if place is not None and p.axis in AXES], int)
+    return np.array([i for i, (p, place) in enumerate(each, 1) if place is not None and p.axis in (BIN, EDGE)], int)
 
 
 def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> tuple[np.ndarray, Pattern]:
@@ -59,21 +64,48 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
     mixed = information[np.ix_(which, rest)]
     inner = information[np.ix_(rest, rest)]
     alone = information[np.ix_(which, which)] - mixed @ np.linalg.pinv(inner, hermitian=True) @ mixed.T
-    told, ways = np.linalg.eigh(alone)
-    told, along = np.maximum(told, 0.0), ways.T @ (x[which] - nothing)
+    away = x[which] - nothing
+    _, square, shape = min((_likeliest(shape, alone, away) for shape in _shapes(forms)), key=lambda found: found[0])
+    precision = np.linalg.inv(shape) / square
+    pull = np.zeros(len(x))
+    pull[which] = precision @ away
+    prior = Pattern(which, float(np.sqrt(square)), precision, 0.0, 0.0).prior(len(x))
+    there = x - np.linalg.pinv(information + prior, hermitian=True) @ pull
+    told, _ = _seen(shape, alone, away)
+    wider, left = 1 + square * told, there[which] - nothing
+    price = float(np.log(wider).sum() + left @ precision @ left)
+    return there, Pattern(which, float(np.sqrt(square)), precision, price, float((square * told / wider).sum()))
 
-    def cost(log_width: float) -> float:
+
+def _shapes(forms: tuple[Form, ...]) -> list[np.ndarray]:
+    """(K, K) covariances, up to a factor, by which numbers may be drawn."""
+    counts = {name: (f.effect.parameter(name).axis, f.sizes[name]) for f in forms for name in f.own}
+    many = [(axis, count) for axis, count in counts.values() if axis in (BIN, EDGE)]
+    each = block_diag(*(np.eye(count) for _, count in many))
+    if all(axis == BIN for axis, _ in many):
+        return [each]
+    # Of edge e, e widths have been drawn, and one for where the first is.
+    walks = (1.0 + np.minimum.outer(np.arange(count), np.arange(count)) for _, count in many)
+    alone = (np.eye(count) for _, count in many)
+    axes = (axis for axis, _ in many)
+    return [each, block_diag(*(w if axis == EDGE else one for axis, w, one in zip(axes, walks, alone, strict=True)))]
+
+
+def _seen(shape: np.ndarray, information: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(K,) each: information of independent numbers of width 1 that make these, and what is found of them."""
+    root = np.linalg.cholesky(shape)
+    told, ways = np.linalg.eigh(root.T @ information @ root)
+    return np.maximum(told, 0.0), ways.T @ np.linalg.solve(root, away)
+
+
+def _likeliest(shape: np.ndarray, information: np.ndarray, away: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """Minus twice the logarithm of the likelihood at the likeliest width, up to a constant; its square; the shape."""
+    told, along = _seen(shape, information, away)
+
+    def loss(log_width: float) -> float:
         wider = 1 + np.exp(2 * log_width) * told
         return float((np.log(wider) + along**2 * told / wider).sum())
 
     seen = -0.5 * np.log(max(told.max(initial=0.0), 1e-12))
-    found = minimize_scalar(cost, bounds=(seen + np.log(LEAST), seen + np.log(MOST)), method="bounded")
-    square = float(np.exp(2 * found.x))
-    prior = np.zeros(len(x))
-    prior[which] = 1 / square
-    away = np.zeros(len(x))
-    away[which] = x[which] - nothing
-    there = x - np.linalg.pinv(information + np.diag(prior), hermitian=True) @ (prior * away)
-    wider = 1 + square * told
-    price = float(np.log(wider).sum() + ((there[which] - nothing) ** 2).sum() / square)
-    return there, Pattern(which, 1 / square, price, float((square * told / wider).sum()))
+    found = minimize_scalar(loss, bounds=(seen + np.log(LEAST), seen + np.log(MOST)), method="bounded")
+    return float(found.fun), float(np.exp(2 * found.x)), shape

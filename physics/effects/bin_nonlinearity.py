@@ -51,8 +51,8 @@ class BinNonlinearity(Effect):
         Parameter(
             "edge",
             unit="bins",
-            low=-0.5,
-            high=0.5,
+            low=-4.0,
+            high=4.0,
             start=0.05,
             vanishes_at=0.0,
             axis="edge",

@@ -43,7 +43,7 @@ def test_the_width_is_where_the_numbers_integrated_out_are_likeliest(form, width
     def unlikely(square):
         return -multivariate_normal(nothing, spread + square * np.eye(len(spread))).logpdf(best[1:])
 
-    found = 1 / pattern.precision
+    found = pattern.width**2
     assert unlikely(found) <= min(unlikely(found * 1.05), unlikely(found / 1.05)) + 1e-6
 
 
@@ -69,6 +69,33 @@ def test_a_pattern_that_is_not_there_costs_and_is_worth_next_to_nothing(form):
     assert np.median(worth) < BINS / 10
 
 
+@pytest.fixture(scope="module")
+def edges():
+    forms = forms_of(all_effects()["bin_nonlinearity"], {"zone": 9, "bin": BINS})
+    return next(form for form in forms if form.free == ("edge",))
+
+
+@pytest.mark.parametrize("walk", [False, True])
+def test_data_tell_whether_edges_are_drawn_or_their_distances(edges, walk):
+    rng, right = np.random.default_rng(4), 0
+    for _ in range(10):
+        count = 1 + BINS
+        information = np.diag(rng.uniform(50, 400, count))
+        widths = rng.normal(scale=0.2, size=BINS)
+        truth = np.r_[0.0, np.cumsum(widths) if walk else widths]
+        best = rng.multivariate_normal(truth, np.linalg.inv(information))
+        x, pattern = shrunk((edges,), best, information)
+        off = np.abs(pattern.precision - np.diag(np.diag(pattern.precision))).max()
+        right += (off > 0) == walk
+        # As likely as can be: uphill of likelihood is downhill of the distribution.
+        uphill = information @ (x - best) + pattern.prior(count) @ x
+        assert np.allclose(uphill, 0, atol=1e-6 * np.abs(information).max())
+        spread, shape = np.linalg.inv(information)[1:, 1:], np.linalg.inv(pattern.precision)
+        oracle = shape @ np.linalg.solve(shape + spread, best[1:])
+        assert np.allclose(x[1:], oracle, atol=1e-6)
+    assert right >= 9
+
+
 def test_a_strong_pattern_is_left_as_it_is_and_costs_as_many_numbers(form):
     _, best, information = measured(form, 0.4, 3)
     x, pattern = shrunk((form,), best, information)
@@ -76,7 +103,7 @@ def test_a_strong_pattern_is_left_as_it_is_and_costs_as_many_numbers(form):
     assert pattern.effective == pytest.approx(len(form.coordinates), rel=0.05)
     # Occam's factor: deviance it costs is that of the density with the numbers integrated out, less that at the best.
     spread = np.linalg.inv(information)[1:, 1:]
-    whole = -2 * multivariate_normal(np.zeros(len(spread)), spread + np.eye(len(spread)) / pattern.precision).logpdf(
+    whole = -2 * multivariate_normal(np.zeros(len(spread)), spread + np.eye(len(spread)) * pattern.width**2).logpdf(
         best[1:]
     )
     at_best = -2 * multivariate_normal(best[1:], spread).logpdf(best[1:])
