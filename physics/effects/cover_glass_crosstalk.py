@@ -1,5 +1,8 @@
 """`cover_glass_crosstalk`: laser light that never leaves the package."""
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
 
 from physics.arrivals import Arrivals
@@ -10,6 +13,12 @@ from recordings.refusal import Refusal
 # A normal density by nine points, of mean 0 and variance 1 (Gauss and Hermite).
 NODES, _weights = np.polynomial.hermite_e.hermegauss(9)
 WEIGHTS = _weights / _weights.sum()
+# An exponential one of time constant 1: by parts of so long, each at its mean.
+PART, LAST = 0.2, 8.0
+_ends = np.arange(0, LAST, PART)
+_left, _late = np.append(np.exp(-_ends), 0.0), np.append((_ends + 1) * np.exp(-_ends), 0.0)
+SHARES = -np.diff(_left)
+LATER = -np.diff(_late) / SHARES
 # Delays that a fit may begin with are looked through in steps of this part of a bin.
 PER_BIN = 4
 NOTHING = 1e-9
@@ -18,7 +27,8 @@ NOTHING = 1e-9
 class CoverGlassCrosstalk(Effect):
     """Light reflected inside the package and by the cover glass: a pulse next to time zero, whatever is in view.
 
-    After t seconds there is 1 + growth·t times as much as at the start, never less than none.
+    After t seconds there is 1 + growth·t times as much as at the start, never less than none. Ways that the light takes
+    differ by a normal distribution, or, where it is thrown to and fro in the glass, are longer by an exponential one.
     """
 
     id = "cover_glass_crosstalk"
@@ -38,6 +48,8 @@ class CoverGlassCrosstalk(Effect):
         ("counts", "delay", "growth"),
         ("share", "delay", "longer", "together"),
         ("counts", "delay", "longer", "together"),
+        ("share", "delay", "trail"),
+        ("counts", "delay", "trail"),
     )
     parameters = (
         Parameter(
@@ -78,6 +90,7 @@ class CoverGlassCrosstalk(Effect):
             "1 where it arrives at one time by the clock, whatever each zone's time zero.",
         ),
         Parameter("longer", "s", 0.0, 5e-10, 0.0, "Standard deviation of the time that its ways take.", tries=(1e-10,)),
+        Parameter("trail", "s", 0.0, 2e-9, 0.0, "Time constant of what comes later, exponentially.", tries=(2e-10,)),
         Parameter(
             "growth", "1/s", -1.0, 20.0, 0.0, "Part by which it is more after a second, as the glass gets dirty."
         ),
@@ -85,20 +98,24 @@ class CoverGlassCrosstalk(Effect):
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """As much light more as gives these counts, at one time."""
-        cycles, share = rendering.light.laser_cycles, np.atleast_1d(values["share"])
-        if cycles is None and share.any():
+        cycles, per_shot = rendering.light.laser_cycles, np.atleast_1d(values["share"])
+        if cycles is None and per_shot.any():
             raise Refusal(
                 "effect cover_glass_crosstalk: laser_cycles is missing, expected the number of laser shots in a frame"
             )
         if not rendering.gain > 0:
             raise Refusal(f"effect cover_glass_crosstalk: gain is {rendering.gain:g}, expected above 0")
-        counts = np.atleast_1d(values["counts"]) + (0.0 if cycles is None else share * cycles[:, None])
+        counts = np.atleast_1d(values["counts"]) + (0.0 if cycles is None else per_shot * cycles[:, None])
         counts = counts * np.maximum(1 + values["growth"] * rendering.light.time_s, 0)[:, None]
         found, zero = rendering.arrivals, np.asarray(rendering.clock.time_zero_s)
-        at = zero + values["together"] * (zero.mean(axis=-1, keepdims=True) - zero) + values["delay"]
-        for node, weight in zip(NODES, WEIGHTS, strict=True) if values["longer"] else ((0.0, 1.0),):
-            found = found.added(weight * counts / rendering.gain, at + node * values["longer"])
-        return found
+        at = np.atleast_2d(zero + values["together"] * (zero.mean(axis=-1, keepdims=True) - zero) + values["delay"])
+        # One count by zone, of one frame where zeros stay.
+        one = replace(found, light=np.zeros((len(at), *found.light.shape[1:])))
+        spread = zip(NODES, WEIGHTS, strict=True) if values["longer"] else ((0.0, 1.0),)
+        trail = zip(LATER, SHARES, strict=True) if values["trail"] else ((0.0, 1.0),)
+        for (node, weight), (late, share) in product(spread, trail):
+            one = one.added(weight * share, at + node * values["longer"] + late * values["trail"])
+        return replace(found, light=found.light + (counts / rendering.gain)[..., None] * one.light)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The delay at which most is in excess, in each zone what it is: a filter matched to the pulse (Turin 1960)."""

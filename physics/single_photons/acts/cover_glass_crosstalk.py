@@ -23,4 +23,5 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     arrival_s = (1 - values["together"]) * world.time_zero_s + values["together"] * world.time_zero_s.mean()
     inside = pulse_from_elsewhere(world, np.maximum(counts, 0) * world.boost, arrival_s + values["delay"], rng)
     late_s = values["longer"] * rng.standard_normal(len(inside))
+    late_s += values["trail"] * rng.standard_exponential(len(inside))
     return photons.and_also(replace(inside, time_s=inside.time_s + late_s))

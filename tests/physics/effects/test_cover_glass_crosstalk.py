@@ -69,6 +69,16 @@ def test_ways_that_take_differing_times_make_a_longer_pulse(small):
     np.testing.assert_allclose(found, np.broadcast_to(wanted, found.shape), atol=4e-3 * wanted.max())
 
 
+def test_light_that_is_thrown_to_and_fro_leaves_a_trail(small):
+    """Against the mean of pulses at delays that an exponential density weights."""
+    model, trail = ForwardModel(small.light, small.footprints, small.clock), 4e-10
+    nodes = (np.arange(4000) + 0.5) / 200
+    weights = np.exp(-nodes)
+    wanted = np.tensordot(weights / weights.sum(), [more_at(small, 1e-10 + trail * node) for node in nodes], axes=1)
+    found = model.expected(10.0, [effect.at(counts=50.0, delay=1e-10, trail=trail)]) - model.expected(10.0)
+    np.testing.assert_allclose(found, np.broadcast_to(wanted, found.shape), atol=6e-3 * wanted.max())
+
+
 def test_it_may_arrive_at_one_time_by_the_clock(small):
     model, clock = ForwardModel(small.light, small.footprints, small.clock), small.clock
     found = model.expected(10.0, [effect.at(counts=50.0, delay=3e-10, together=1)]) - model.expected(10.0)
