@@ -23,9 +23,9 @@ class MirroredZones(Effect):
     Each zone's weights become (1 − s) · its own + s · those of the zone it is exchanged with: s = 1 is the exchange,
     and a fit can find its way there. Footprints are exchanged, not what is the zone's own in time and counting: time
     zero, background, gain. With `clocks` 1 zones bring their time zeros along, as where histograms are exchanged, not
-    maps; these are mixed in the same shares. On a grid of one row or column there is nothing to mirror that way. Where
-    the zones are in any other order, `place` says in whose place each looks; what is no order leaves all where they
-    were.
+    maps, and with `levels` 1 their backgrounds; these are mixed in the same shares. On a grid of one row or column
+    there is nothing to mirror that way. Where the zones are in any other order, `place` says in whose place each looks;
+    what is no order leaves all where they were.
     """
 
     id = "mirrored_zones"
@@ -56,7 +56,8 @@ class MirroredZones(Effect):
         ("reordered",),
     )
     # Maps are in another order, or histograms.
-    forms = (*forms, *((*names, "clocks") for names in forms))
+    richer = tuple((*names, *with_them) for names in forms for with_them in (("levels",), ("clocks", "levels")))
+    forms = (*forms, *((*names, "clocks") for names in forms), *richer)
     parameters = tuple(
         # A little, and not half: half of all would make all zones alike, where no slope shows the way.
         Parameter(
@@ -90,6 +91,7 @@ class MirroredZones(Effect):
     )
     parameters += (
         Parameter("clocks", "1", 0.0, 1.0, 0.0, "1 where zones bring their time zeros along.", tries=(1.0,)),
+        Parameter("levels", "1", 0.0, 1.0, 0.0, "1 where they bring their backgrounds along.", tries=(1.0,)),
         Parameter("place", "1", 0.0, 1e4, 0.0, "Which zone, from 0, each takes the place of.", axis="zone"),
     )
 
@@ -107,6 +109,13 @@ class MirroredZones(Effect):
             return rendering.clock
         theirs = zero @ taken(rendering.footprints.zone_grid, values).T
         return replace(rendering.clock, time_zero_s=zero + values["clocks"] * (theirs - zero))
+
+    def background(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """Zones' backgrounds, exchanged with them or not."""
+        level = rendering.background
+        if not values["levels"] or np.ndim(level) < 2 or level.shape[-2] == 1:
+            return level
+        return level + values["levels"] * (taken(rendering.footprints.zone_grid, values) @ level - level)
 
     def contradiction(self, values: Values) -> str | None:
         """Zones are in each other's place or not; a small share of another's light is a ghost, or stray."""

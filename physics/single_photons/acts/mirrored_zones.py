@@ -9,23 +9,34 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Each photon from the scene has its zone put in another order or not, by chance; then it or its line exchanged for
-    another; then its row mirrored, its column, and its zone counted down the columns.
+    """Each photon from the scene is counted by another zone or not.
 
     The zone that counts it times it by its own clock, unless clocks come along. What never was in the field of view has
     no map to be on.
     """
-    rows, columns = world.zone_grid
-    zone = _in_order(photons.zone, world.zone_grid, values, rng)
-    row, column = np.divmod(_in_pairs(zone, world.zone_grid, values, rng), columns)
-    row = np.where(rng.random(len(photons)) < values["rows"], rows - 1 - row, row)
-    column = np.where(rng.random(len(photons)) < values["columns"], columns - 1 - column, column)
-    turned = rng.random(len(photons)) < values["transposed"]
-    counted = np.where(turned, column * rows + row, row * columns + column)
+    counted = _counting(photons.zone, world.zone_grid, values, rng)
     zone = np.where(photons.pixel == NO_PIXEL, photons.zone, counted).astype(photons.zone.dtype)
     later = world.time_zero_s[zone] - world.time_zero_s[photons.zone]
-    time = photons.time_s + (1 - values["clocks"]) * later
-    return replace(photons, zone=zone, time_s=time)
+    return replace(photons, zone=zone, time_s=photons.time_s + (1 - values["clocks"]) * later)
+
+
+def detected(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """What comes from no pixel is counted by another zone where backgrounds come along."""
+    moves = (photons.pixel == NO_PIXEL) & (rng.random(len(photons)) < values["levels"])
+    counted = _counting(photons.zone, world.zone_grid, values, rng)
+    return replace(photons, zone=np.where(moves, counted, photons.zone).astype(photons.zone.dtype))
+
+
+def _counting(zone: np.ndarray, grid: tuple[int, int], values: Values, rng: np.random.Generator) -> np.ndarray:
+    """(N,) zones that count photons of these: put in another order or not, by chance; then each or its line exchanged
+    for another; then its row mirrored, its column, and counted down the columns.
+    """
+    rows, columns = grid
+    row, column = np.divmod(_in_pairs(_in_order(zone, grid, values, rng), grid, values, rng), columns)
+    row = np.where(rng.random(len(zone)) < values["rows"], rows - 1 - row, row)
+    column = np.where(rng.random(len(zone)) < values["columns"], columns - 1 - column, column)
+    turned = rng.random(len(zone)) < values["transposed"]
+    return np.where(turned, column * rows + row, row * columns + column)
 
 
 def _in_order(zone: np.ndarray, grid: tuple[int, int], values: Values, rng: np.random.Generator) -> np.ndarray:

@@ -140,6 +140,16 @@ def test_a_grid_that_is_not_square_is_counted_down_its_columns(small):
     np.testing.assert_allclose(down, model.expected()[:, [0, 3, 1, 4, 2, 5]], rtol=1e-9)
 
 
+def test_histograms_that_are_exchanged_may_bring_their_backgrounds_along(small):
+    level = np.array([0.5, 3.0, 1.0, 7.0])
+    model = ForwardModel(small.light, small.footprints, small.clock, level)
+    plain = model.expected(1.0, [effect.at(rows=1, clocks=1)]) - level[:, None]
+    found = model.expected(1.0, [effect.at(rows=1, clocks=1, levels=1)])
+    np.testing.assert_allclose(found, plain + level[[2, 3, 0, 1]][:, None], rtol=1e-9)
+    half = model.expected(1.0, [effect.at(rows=1, clocks=1, levels=0.5)])
+    np.testing.assert_allclose(half, plain + (level + level[[2, 3, 0, 1]])[:, None] / 2, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     "values", [{"rows": 1}, {"columns": 1, "transposed": 1}, {"reordered": 1, "place": [2, 0, 3, 1]}]
 )

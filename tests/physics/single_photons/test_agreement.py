@@ -65,6 +65,7 @@ STRENGTHS = {
         {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "longer": 2e-10, "together": 0.7},
         {"share": 0.1, "growth": 8},
+        {"share": 0.1, "trail": 6e-10},
     ],
     "footprint_blur": [
         {"variance": 1600},
@@ -117,6 +118,7 @@ STRENGTHS = {
         {"rows_exchanged": 1, "columns_exchanged": 0.4, "transposed": 1},
         {"reordered": 0.8, "place": [2, 0, 3, 1], "rows": 1},
         {"columns": 1, "transposed": 1, "clocks": 1},
+        {"rows": 1, "levels": 1},
     ],
     "multipath": [
         {"between": 1, "sensor": 0, "outside": 0},
