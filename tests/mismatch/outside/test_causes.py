@@ -104,6 +104,46 @@ def test_depth_that_errs_with_its_square(scene, maps):
     np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
 
 
+def test_depth_along_the_ray_is_a_bowl(scene, maps):
+    """Ranges along the ray that were taken for depths, by trigonometry; to first order in tan²."""
+    model, light, clock = scene
+    square = (light.rays[..., :2] ** 2).sum(axis=-1)
+    found = changed(model, "depth_bowl", bowl=0.3, scale=0.02)
+    true = light.range_m * (1 + 0.3 * square + 0.02)
+    scale = np.linalg.norm(light.rays, axis=-1)
+    moved = direct_light(true / scale, INTRINSICS, cosine=light.cosine, time_s=light.time_s)
+    there = ForwardModel(moved, footprints(maps, true.shape[1:]), clock, BACKGROUND)
+    np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
+
+
+@pytest.mark.parametrize("settles", [0.2, 20.0])
+def test_a_beam_narrows_as_the_session_goes_on(scene, maps, settles):
+    model, light, clock = scene
+    found = changed(model, "narrowing_beam", narrowed=2.0, settles=settles)
+    elapsed = np.asarray(light.time_s) / light.time_s[-1]
+    gone = (1 - np.exp(-elapsed / settles)) / (1 - np.exp(-1 / settles))
+    square = (light.rays[..., :2] ** 2).sum(axis=-1)
+    # Darker surfaces where less light falls on them.
+    darker = np.exp(-2.0 * gone[:, None, None] * square)
+    depth = light.range_m / np.linalg.norm(light.rays, axis=-1)
+    dim = direct_light(depth, INTRINSICS, reflectance=darker, cosine=light.cosine, time_s=light.time_s)
+    there = ForwardModel(dim, footprints(maps, depth.shape[1:]), clock, BACKGROUND)
+    np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
+    np.testing.assert_allclose(found[0], model.expected(1000.0)[0], rtol=1e-6)
+
+
+def test_detectors_that_tire(scene):
+    model, *_ = scene
+    light = model.expected(1000.0) - BACKGROUND[:, None]
+    total, memory = light.sum(axis=-1), 2.5
+    found = changed(model, "fatigue", tired=0.3, memory=memory)
+    kept = np.exp(-1 / memory)
+    # A recursive filter of what was received up to the frame before.
+    mean = lfilter([0.0, 1 - kept], [1, -kept], total, axis=0)
+    wanted = light / (1 + 0.3 * mean / total.max())[..., None] + BACKGROUND[:, None]
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+
+
 def test_times_that_scatter_in_proportion_to_range(scene):
     model, _, clock = scene
     light = model.expected(1000.0) - BACKGROUND[:, None]
@@ -132,15 +172,16 @@ def test_a_dark_level_that_falls_and_one_that_rises(scene):
     np.testing.assert_allclose((rising - plain)[0, 0], 5 * t**2, atol=1e-9)
 
 
-def test_a_lens_pulls_maps_outward(scene, maps):
+@pytest.mark.parametrize("axis", [(0.0, 0.0), (0.2, -0.3)])
+def test_a_lens_pulls_maps_outward(scene, maps, axis):
     _, light, clock = scene
     where = footprints(maps, light.range_m.shape[1:])
-    found = CAUSES["lens_distortion"].at(cubic=0.1)
+    found = CAUSES["lens_distortion"].at(cubic=0.1, axis_x=axis[0], axis_y=axis[1])
     start = Rendering(light, where, clock, 1.0)
     moved = found.effect.footprints(found.values, start)
     width, height = maps.image_size
     half = np.hypot(width, height) / 2
-    x, y = where.x_px[2, 3] - (width - 1) / 2, where.y_px[2, 3] - (height - 1) / 2
+    x, y = where.x_px[2, 3] - (width - 1) / 2 - half * axis[0], where.y_px[2, 3] - (height - 1) / 2 - half * axis[1]
     by = 0.1 * (np.hypot(x, y) / half) ** 2
     read = where.field.faded(np.array([where.x_px[2, 3] - by * x]), np.array([where.y_px[2, 3] - by * y]))[:, 0]
     np.testing.assert_allclose(moved.weights[:, 2, 3], read / where.scale, rtol=1e-9)
@@ -153,11 +194,16 @@ def test_maps_are_turned_and_scaled_about_the_centre(scene, maps, values, turned
     cause = CAUSES["turned_maps"].at(**values)
     moved = cause.effect.footprints(cause.values, Rendering(light, where, clock, 1.0))
     x, y = where.x_px[3, 12], where.y_px[3, 12]
+    beside = CAUSES["turned_maps"].at(**values, x=4.0, y=-7.0)
+    displaced = beside.effect.footprints(beside.values, Rendering(light, where, clock, 1.0))
     # Read where a complex number turned by -roll and shrunk by zoom lies.
     roll, zoom = turned
     at = ((x - (width - 1) / 2) + 1j * (y - (height - 1) / 2)) * (1 - zoom + 1j * roll)
     read = where.field.faded(np.array([at.real + (width - 1) / 2]), np.array([at.imag + (height - 1) / 2]))[:, 0]
     np.testing.assert_allclose(moved.weights[:, 3, 12], read / where.scale, rtol=1e-6)
+    at += -4.0 + 7.0j
+    read = where.field.faded(np.array([at.real + (width - 1) / 2]), np.array([at.imag + (height - 1) / 2]))[:, 0]
+    np.testing.assert_allclose(displaced.weights[:, 3, 12], read / where.scale, rtol=1e-6)
 
 
 # A grid of 2 rows and 2 columns: which zone's light each receives, -1 where there is none.
