@@ -20,10 +20,13 @@ class Work:
     renderings: float = 0.0
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def add(self, numbers: int, read: int = 0) -> None:
-        """One rendering more, of so many pixels and cells, for which so many pixels of maps are read zone by zone."""
+    def add(self, numbers: int, read: int = 0, drawn: int = 0) -> None:
+        """One rendering more, of so many pixels and cells.
+
+        read: pixels of maps that are read for it zone by zone. drawn: those that are drawn anew.
+        """
         with self._lock:
-            self.renderings += min(max(numbers / WHOLE, LEAST), 1.0) + READING * read / WHOLE
+            self.renderings += min(max(numbers / WHOLE, LEAST), 1.0) + (READING * read + drawn) / WHOLE
 
     @property
     def enough(self) -> bool:

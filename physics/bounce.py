@@ -15,7 +15,7 @@ Rough surfaces have facets that face every way; between these cosφ_i · cosφ_j
 mean over the hemisphere that a facet may face.
 
 The sums run over patches instead of pixels: the image in at most `CELLS` cells, each cell in two at its mean range, so
-that the two sides of an edge do not mix. What effects make of reflectance, and by how much they move footprints, is of
+that the two sides of an edge do not mix. What effects make of reflectance, and how they move or blur footprints, is of
 second order here and left out. The source lights all of the image alike and nothing beyond it, or as the zones look:
 most where all of them together see most. What stands between two patches is not looked for: all that face each other
 exchange light. What a patch exchanges with itself, as it may where it is rough, is left out: it comes with the direct

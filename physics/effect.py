@@ -112,6 +112,10 @@ class Effect:
         """Whether, at these values, it moves maps by another amount from zone to zone, and from frame to frame."""
         return False, False
 
+    def redraws_maps(self, values: Values) -> bool:
+        """Whether, at these values, it draws maps anew, all of their pixels."""
+        return False
+
     def looks(self, values: Values) -> bool:
         """Whether, at these values, it looks at what was recorded to see where things are in each frame."""
         return False

@@ -118,8 +118,8 @@ class Footprints:
 
     @property
     def before_moving(self) -> "Footprints":
-        """The nominal footprints where these were moved and nothing else; themselves where they were changed."""
-        return self if self.unmoved is None or self.drawings or self.changes else self.unmoved
+        """The nominal footprints where these were moved or redrawn; themselves where they were changed otherwise."""
+        return self if self.unmoved is None or self.changes else self.unmoved
 
     def moved(self, x_px: np.ndarray | float, y_px: np.ndarray | float) -> "Footprints":
         """The footprints displaced in the full-size image by x, y pixels: scalars, (H, W) or (F, H, W)."""

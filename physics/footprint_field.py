@@ -49,6 +49,11 @@ class FootprintField:
         high = np.clip(np.ceil(points.max(axis=0)), size - 1, 2 * size - 1).astype(int)
         self.first, self._shape = (int(low[0]), int(low[1])), tuple(high[::-1] - low[::-1] + 1)
 
+    @property
+    def pixels(self) -> int:
+        """How many the table has, those of all zones."""
+        return self._responses.shape[-1] * self._shape[0] * self._shape[1]
+
     def __call__(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
         """(P, ...) responses at image points."""
         read = self._interpolate(x_px, y_px)

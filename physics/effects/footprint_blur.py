@@ -88,6 +88,10 @@ class FootprintBlur(Effect):
         ),
     )
 
+    def redraws_maps(self, values: Values) -> bool:
+        """Wherever it is there."""
+        return bool(values["variance"])
+
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Footprints of maps that are blurred or sharpened before they are moved."""
         if values["variance"] == 0:

@@ -20,6 +20,16 @@ def test_a_rendering_counts_by_its_size(numbers, part):
     assert work.enough
 
 
+def test_maps_that_are_drawn_anew_cost_all_their_pixels(drawn):
+    simulation = replace(drawn(3), work=Work())
+    blur = find_effect("footprint_blur")
+    for variance in (0.0, 20.0):
+        before = simulation.work.renderings
+        simulation.expected(100.0, (blur.at(variance=variance),))
+        drawn_anew = simulation.footprints.field.table.size / WHOLE if variance else 0
+        assert simulation.work.renderings - before == pytest.approx(LEAST + drawn_anew)
+
+
 def test_maps_that_zones_and_frames_move_cost_what_is_read(drawn):
     simulation = drawn(3)
 
