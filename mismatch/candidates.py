@@ -27,6 +27,8 @@ TOLD, WELL_TOLD = 100.0, 500.0
 # Standard deviations by which a true cause may gain less than it should: one of six does by the first, one of 160
 # by the other.
 NEAR, FAR = 1.0, 2.5
+# What should gain less than this part of what it gains is not the cause, where that is beyond noise.
+SURPRISING = 0.5
 # Nor need it gain any part of what others did where so much of its change is in cells that it changes by more than
 # they do: another formula of theirs would not.
 ELSEWHERE = 0.8
@@ -77,9 +79,12 @@ class Candidate:
     def is_minor(self, won: float) -> bool:
         """Whether it gains too little to be a cause of its own beside others, which gained `won`.
 
-        The gain of a true cause scatters about what is expected by twice its root, as likelihood ratios do.
+        The gain of a true cause scatters about what is expected by twice its root, as likelihood ratios do. What gains
+        far more than that has found the place, but not the cause.
         """
         short = (self.expected_gain - self.observed) / (2 * np.sqrt(max(self.expected_gain, 1.0)))
+        if short < -FAR and self.expected_gain < SURPRISING * self.observed:
+            return True
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
         part = MINOR_PART / 4 if short < FAR and self.observed > TOLD else MINOR_PART
         part = MINOR_PART / 8 if short < NEAR and self.observed > WELL_TOLD else part

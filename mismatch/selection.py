@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mismatch.candidates import Candidate, candidates_of, price
+from mismatch.candidates import Candidate, candidates_of, cost, price
 from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
@@ -80,7 +80,7 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
             fitted = {s.form.effect.id for s in chosen}
             significant = [s for s in significant if s.form.effect.id not in fitted]
         won = sum(_leaving(one.chosen) for one in rounds if one.chosen is not None)
-        if best is not None and now.forms and best.is_minor(won):
+        if best is not None and now.forms and (best.is_minor(won) or best.criterion > now.deviance + cost(train, now)):
             return [*rounds, Round(now, tuple(scores), tried, tuple(candidates), None, best)]
         rounds = [*rounds, Round(now, tuple(scores), tried, tuple(candidates), best)]
         if best is None:

@@ -30,6 +30,10 @@ def of(observed, expected, away):
         (1100, 1150, 0.0, 70000, False),  # A hundredth, but as it should be to a twentieth.
         (1100, 1250, 0.0, 70000, True),  # Not quite.
         (600, 600, 0.0, 70000, True),
+        # What gains far more than it should is another cause's trace; by a little, chance.
+        (127, 19, 1.0, 1000, True),
+        (267, 63, 1.0, 1000, True),
+        (188, 133, 1.0, 1000, False),
     ],
 )
 def test_what_is_minor(observed, expected, away, won, minor):
