@@ -7,6 +7,7 @@ import numpy as np
 from mismatch.candidates import Candidate, cost, strain
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
+from mismatch.onset import set_in
 from mismatch.refined import enriched
 from mismatch.score import start_of
 from mismatch.selection import Round, coordinates
@@ -60,10 +61,14 @@ def rivals(
         except Refusal:
             return None
 
+    def as_late(fitted: Fit) -> Fit:
+        # What stands in the place of an effect that sets in may set in as well.
+        return set_in(train, test, fitted) if "since" in form.given else fitted
+
     close = [c for c in _close(rounds, form) if c.form.effect.id not in taken and c.form is not form]
-    fits = zip(close, train.each(swapped, close), strict=True)
+    fits = [as_late(fitted) for fitted in train.each(swapped, close) if fitted is not None]
     # One by one: what a cause leaves uncertain may take longer than all else, and works on all cores by itself.
-    found += [_rival(train, test, candidate.form, fitted) for candidate, fitted in fits if fitted is not None]
+    found += [_rival(train, test, fitted.forms[-1], fitted) for fitted in fits]
     beaten = [rival for rival in _best_of_each(found) if rival is not found[0]]
     if not train.work.enough:
         beaten = [_richer(train, test, rival, forms) for rival in beaten]
