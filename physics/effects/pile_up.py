@@ -13,13 +13,17 @@ SHOWN = 3.0
 
 
 class PileUp(Effect):
-    """A channel registers the first photon after a shot and is dead for the rest of its cycle.
+    """A channel registers the first photon after a shot and is dead for the rest of its cycle, or for `dead` seconds.
 
     Of N shots, with μ_t photons expected in bin t by shot and channel, the bin registers
 
         N · exp(-Σ_{s<t} μ_s) · (1 - exp(-μ_t))
 
-    (Coates 1968, J. Phys. E 1, 878). A zone whose light is shared by n channels has μ = λ/n and n times N shots:
+    (Coates 1968, J. Phys. E 1, 878). Where a channel is alive again before its cycle ends, no photons before are
+    replaced by no event in the dead time before: 1 - Σ_s q_s·W(t - s) for the exponential, with q the events by shot
+    and channel, of which no two are less than a dead time apart, and W the chance that one so many bins before is less
+    than that before, both somewhere in their bins (a non-paralysable counter: Müller 1973, Nucl. Instrum. Methods 112,
+    47). A zone whose light is shared by n channels has μ = λ/n and n times N shots:
     `share` is 1/n. Where nobody says how many shots there were, `per_count` stands for share/N. Several zones may be
     timed by one converter, which what any of them sees keeps busy: of μ and, in the others, ν in a bin, the zone that
     sees μ gets μ/(μ + ν)·(1 - exp(-μ - ν)), with `partner` of the others' ν. `converter` says which zones those are.
@@ -40,7 +44,14 @@ class PileUp(Effect):
             "gain_drift", "Compare dark and bright targets in one frame: drift scales both, pile-up only the bright."
         ),
     )
-    forms = (("share",), ("per_count",), ("share", "partner"), ("per_count", "partner"))
+    forms = (
+        ("share",),
+        ("per_count",),
+        ("share", "partner"),
+        ("per_count", "partner"),
+        ("share", "dead"),
+        ("per_count", "dead"),
+    )
     parameters = (
         Parameter(
             "share",
@@ -74,6 +85,15 @@ class PileUp(Effect):
             axis="zone",
             sentence="Number of the converter that times a zone; -1 where zones 0 and 1, 2 and 3 go together.",
         ),
+        Parameter(
+            "dead",
+            unit="s",
+            low=1e-9,
+            high=1.0,
+            start=1.0,
+            tries=(5e-9, 1.2e-8),
+            sentence="How long a channel is dead after an event: to the end of its cycle where longer than that.",
+        ),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -88,10 +108,10 @@ class PileUp(Effect):
         per_shot = rendering.expected * rate
         # All that the converter meets: other zones' light goes through channels of the same shots.
         met = per_shot + values["partner"] * rate * light_of_others(values, rendering.expected)
-        earlier = np.cumsum(met, axis=-1) - met
+        alive = _alive(met, values["dead"] / rendering.clock.bin_width_s)
         # expm1(-μ)/-μ, which is 1 where μ vanishes, keeps the counts exact at small rates.
         hidden = np.where(met > 0, -np.expm1(-met) / np.where(met > 0, met, 1), 1)
-        return rendering.expected * np.exp(-earlier) * hidden
+        return rendering.expected * alive * hidden
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Zones together that hide one another's photons, beside what each hides itself."""
@@ -107,6 +127,20 @@ class PileUp(Effect):
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """How many shots there were need not be guessed where it is known."""
         return bool(np.any(values["per_count"])) and rendering.light.laser_cycles is not None
+
+
+def _alive(met: np.ndarray, dead_bins: float) -> np.ndarray:
+    """(F, P, T) chance that a channel, which meets so many photons by shot and bin, is alive in a bin."""
+    bins = met.shape[-1]
+    if dead_bins >= bins:
+        return np.exp(met - np.cumsum(met, axis=-1))
+    short = dead_bins - np.arange(bins - 1, 0, -1)  # By how much the dead time is longer than so many bins.
+    still = np.where(short < 0, np.clip(1 + short, 0, 1) ** 2 / 2, 1 - np.clip(1 - short, 0, 1) ** 2 / 2)
+    any_met, events, alive = -np.expm1(-met), np.zeros(met.shape), np.ones(met.shape)
+    for t in range(1, bins):
+        events[..., t - 1] = any_met[..., t - 1] * alive[..., t - 1]
+        alive[..., t] = np.maximum(1 - events[..., :t] @ still[bins - 1 - t :], 0)
+    return alive
 
 
 def shared(values: Values, zones: int) -> np.ndarray:

@@ -11,11 +11,11 @@ from recordings.refusal import Refusal
 
 
 def detected(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """The first of each channel and shot; photons fall on their zone's 1/share channels at random.
+    """The first of each channel and shot, and those after it when that is alive again.
 
-    Where 1/share is not whole, the last of the channels is alive in a part of the shots only. Shots that nobody counted
-    are as many as `per_count` says. Photons of other zones of a converter hide a zone's own, each with the chance
-    `partner`.
+    Photons fall on their zone's 1/share channels at random. Where 1/share is not whole, the last of the channels is
+    alive in a part of the shots only. Shots that nobody counted are as many as `per_count` says. Photons of other zones
+    of a converter hide a zone's own, each with the chance `partner`.
     """
     rate = by_zone(world, values["per_count"])
     if np.any(values["share"]):
@@ -30,10 +30,13 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     # Shot and channel in one number: the remainder by the number of shots, and the quotient.
     chance = rng.integers(places[opened.zone])
     place = opened.zone * (places.max() + 1) + chance
-    by_time = np.argsort(opened.time_s)
-    _, first = np.unique(place[by_time], return_index=True)
     kept = np.zeros(len(opened), bool)
-    kept[by_time[first]] = True
+    waiting = np.argsort(opened.time_s)
+    while len(waiting):
+        _, first, which = np.unique(place[waiting], return_index=True, return_inverse=True)
+        counted = waiting[first]
+        kept[counted] = True
+        waiting = waiting[opened.time_s[waiting] > opened.time_s[counted][which] + values["dead"]]
     kept |= rate[opened.zone] == 0
     kept[own:] = False
     return replace(opened, shot=chance % (world.laser_cycles or 1)).only(kept)

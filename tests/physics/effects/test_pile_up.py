@@ -39,6 +39,32 @@ def test_shots_drawn_one_by_one_agree(model):
     assert (np.abs(drawn - seen) < 5 * np.sqrt(seen / 20) + 1e-9).all()
 
 
+@pytest.mark.parametrize("dead_bins", [4.0, 5.4, 9.0])
+def test_a_channel_that_is_soon_alive_again_drawn_shot_by_shot(model, small, dead_bins):
+    """Photons at times within their bins, one after the other; those of a dead channel are lost."""
+    width = small.clock.bin_width_s
+    seen = model.expected(3e3, [effect.at(share=1, dead=dead_bins * width)])[0, 1]
+    nominal = model.expected(3e3)[0, 1]
+    rng, shots = np.random.default_rng(8), 40 * int(CYCLES)
+    ready, drawn = np.zeros(shots), np.zeros(len(nominal))
+    for t, mean in enumerate(nominal / CYCLES):
+        which = np.repeat(np.arange(shots), rng.poisson(mean, shots))
+        times = t + rng.random(len(which))
+        order = np.argsort(times)
+        for shot, at in zip(which[order], times[order], strict=True):
+            if at >= ready[shot]:
+                ready[shot] = at + dead_bins
+                drawn[t] += 1 / 40
+    assert (np.abs(drawn - seen) < 5 * np.sqrt(seen / 40) + 1e-9).all()
+    assert seen.sum() > model.expected(3e3, [effect.at(share=1)])[0, 1].sum()
+
+
+def test_a_channel_that_is_dead_for_the_window_counts_first_photons(model, small):
+    window = small.clock.bin_width_s * small.clock.bins
+    found = model.expected(3e3, [effect.at(share=1, dead=window * 0.999999)])
+    np.testing.assert_allclose(found, model.expected(3e3, [effect.at(share=1)]), rtol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("converter", "groups", "single"),
     [(-1, [[0, 1], [2, 3]], []), ([0, 1, 2, 1], [[1, 3]], [0, 2]), ([5, 0, 0, 0], [[1, 2, 3]], [0])],

@@ -156,6 +156,7 @@ STRENGTHS = {
         {"per_count": [3e-5, 1e-5, 0, 2e-5]},
         {"partner": 1.0},
         {"share": [1, 0.5, 0.3, 0.8], "partner": 0.5, "converter": [0, 3, 3, 3]},
+        {"share": 1.0, "dead": 1.3e-9},
     ],
     "range_aliasing": [
         {"counts": [3e4, 1e4, 0, 2e4]},
