@@ -5,10 +5,15 @@ import numpy as np
 from calibrate.impulse import fit_impulse
 from calibrate.impulse.sweep import Sweep
 from mismatch.blocks import halves
+from mismatch.fit import fit_nominal
+from mismatch.poisson import LEAST
+from mismatch.simulation import Simulation
 from physics.sensor import SensorModel
 from recordings.maps import ResponseMaps
 from recordings.recording import Recording
 
+# Steps towards the likeliest pedestal: where most cells hold nothing else, few are needed.
+STEPS = 30
 # Frames are many where a response is to be estimated; so many tell it as well.
 ENOUGH = 48
 
@@ -37,3 +42,18 @@ def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorMo
     )
     sentence = f"Impulse response, delays of zones and pedestal are not recorded: {said}, none of them held out."
     return sensor, sentence
+
+
+def likeliest_pedestal(simulation: Simulation) -> np.ndarray:
+    """(P,) counts per bin that no laser sent, the likeliest of all chosen frames together, beside their signal.
+
+    Frame by frame and by its logarithm, as it is estimated beside the response, it is never nothing. Signal and
+    pedestal add up, so that each step gives both their part of every count (Dempster, Laird and Rubin 1977).
+    """
+    part = simulation.of(halves(len(simulation.counts))[0])
+    signal = np.maximum(fit_nominal(part).expected - part.dark, 0)
+    level = np.asarray(simulation.background, float)
+    for _ in range(STEPS):
+        expected = np.maximum(signal + level[:, None], LEAST * 1e-3)
+        level = level * (part.counts / expected).mean(axis=(0, 2))
+    return level

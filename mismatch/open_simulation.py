@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from mismatch.estimated_sensor import estimated_sensor
+from mismatch.estimated_sensor import estimated_sensor, likeliest_pedestal
 from mismatch.simulation import Simulation
 from physics.footprint import Footprints, footprints
 from physics.light import Light, direct_light
@@ -79,7 +79,8 @@ def _simulation_of(
     if every > 1:
         notes.append(f"Every {every}th of {frames} frames was compared.")
     chosen = np.arange(0, frames, every)
-    if sensor is None and recording.irf is None:
+    estimated = sensor is None and recording.irf is None
+    if estimated:
         sensor, sentence = estimated_sensor(recording, maps)
         notes.append(sentence)
     if sensor is None:
@@ -99,6 +100,9 @@ def _simulation_of(
         counts[chosen].astype(float), light, _footprints(recording, maps, stride), sensor.clock,
         np.asarray(sensor.background_counts, float), np.arange(len(chosen)), sensor.effects, dead=dead,
     )  # fmt: skip
+    if estimated and recording.background_counts is None:
+        simulation = replace(simulation, background=likeliest_pedestal(simulation))
+        sensor = replace(sensor, background_counts=simulation.background)
     return simulation, sensor, tuple(notes)
 
 

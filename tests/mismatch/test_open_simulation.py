@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mismatch.blocks import halves
 from mismatch.open_simulation import open_simulation, simulation_of
 from physics.sensor import SensorModel
 from recordings.files import save
@@ -10,7 +11,7 @@ from recordings.maps import ResponseMaps
 from recordings.maps_file import save_maps
 from recordings.refusal import Refusal
 
-from .conftest import BINS, COLUMNS, CYCLES, FRAMES, ROWS, ZONES
+from .conftest import BACKGROUND, BINS, COLUMNS, CYCLES, FRAMES, ROWS, ZONES
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +104,23 @@ def test_an_impulse_response_that_is_missing_is_estimated_from_frames_that_choos
     mean = simulation.expected(1.0) - simulation.background[:, None]
     gain = (counts - simulation.background[:, None]).sum() / mean.sum()
     assert np.corrcoef((gain * mean).ravel(), counts.ravel())[0, 1] > 0.97
+
+
+@pytest.mark.parametrize("level", [0.0, 0.4])
+def test_a_pedestal_that_nobody_recorded_is_what_dark_bins_hold(rig, level):
+    """By the mean of bins to which no pulse comes, which the estimate does not single out."""
+    mean = rig.expected() - BACKGROUND[:, None]
+    counts = np.random.default_rng(6).poisson(mean + level)
+    recording = rig.recording(counts, irf=None, irf_time_s=None, background_counts=None)
+    simulation, sensor, _ = simulation_of(recording, rig.maps)
+    chosen, _ = halves(FRAMES)
+    for zone in range(ZONES):
+        dark = (mean[chosen, zone] < 1e-9).ravel()
+        assert dark.sum() > 100
+        held = counts[chosen, zone].ravel()[dark]
+        error = np.sqrt(max(held.sum(), 1)) / dark.sum()
+        assert simulation.background[zone] == pytest.approx(held.mean(), abs=3 * error)
+    np.testing.assert_array_equal(sensor.background_counts, simulation.background)
 
 
 def test_a_sensor_of_other_bins_is_refused(rig, counts):
