@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from physics.dead_time import alive
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 from recordings.refusal import Refusal
@@ -108,10 +109,10 @@ class PileUp(Effect):
         per_shot = rendering.expected * rate
         # All that the converter meets: other zones' light goes through channels of the same shots.
         met = per_shot + values["partner"] * rate * light_of_others(values, rendering.expected)
-        alive = _alive(met, values["dead"] / rendering.clock.bin_width_s)
+        ready = alive(met, values["dead"] / rendering.clock.bin_width_s)
         # expm1(-μ)/-μ, which is 1 where μ vanishes, keeps the counts exact at small rates.
         hidden = np.where(met > 0, -np.expm1(-met) / np.where(met > 0, met, 1), 1)
-        return rendering.expected * alive * hidden
+        return rendering.expected * ready * hidden
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Zones together that hide one another's photons, beside what each hides itself."""
@@ -127,20 +128,6 @@ class PileUp(Effect):
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """How many shots there were need not be guessed where it is known."""
         return bool(np.any(values["per_count"])) and rendering.light.laser_cycles is not None
-
-
-def _alive(met: np.ndarray, dead_bins: float) -> np.ndarray:
-    """(F, P, T) chance that a channel, which meets so many photons by shot and bin, is alive in a bin."""
-    bins = met.shape[-1]
-    if dead_bins >= bins:
-        return np.exp(met - np.cumsum(met, axis=-1))
-    short = dead_bins - np.arange(bins - 1, 0, -1)  # By how much the dead time is longer than so many bins.
-    still = np.where(short < 0, np.clip(1 + short, 0, 1) ** 2 / 2, 1 - np.clip(1 - short, 0, 1) ** 2 / 2)
-    any_met, events, alive = -np.expm1(-met), np.zeros(met.shape), np.ones(met.shape)
-    for t in range(1, bins):
-        events[..., t - 1] = any_met[..., t - 1] * alive[..., t - 1]
-        alive[..., t] = np.maximum(1 - events[..., :t] @ still[bins - 1 - t :], 0)
-    return alive
 
 
 def shared(values: Values, zones: int) -> np.ndarray:

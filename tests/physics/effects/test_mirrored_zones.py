@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 from scipy.stats import poisson
 
-from physics.effects.mirrored_zones import effect, exchange, exchanged, gain_in_place, reordered
+from physics.effects.mirrored_zones import effect, gain_in_place
 from physics.footprint import footprints
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
+from physics.zone_order import exchange, exchanged, reordered
 from recordings.maps import ResponseMaps
 
 SHARE = st.floats(0, 1)
