@@ -19,7 +19,7 @@ ENOUGH = 48
 
 
 def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorModel, str]:
-    """The sensor with an impulse response, delays of zones and pedestal estimated; and a sentence that says so.
+    """The sensor with response, delays of zones and, where none is recorded, pedestal estimated; and a sentence on it.
 
     No frame that is held out takes part.
     """
@@ -29,6 +29,14 @@ def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorMo
     sweep = Sweep.of(recording, maps, None, 0.0).part(chosen)
     estimate = fit_impulse(sweep)
     meta, said = recording.meta, f"estimated from {len(chosen)} frames of the recording"
+    sources = {"pulse": said, "time_zero_s": f"as recorded, and delays of zones {said}", "background_counts": said}
+    level, lacking = recording.background_counts, "Impulse response, delays of zones and pedestal"
+    if level is None:
+        level = np.median(estimate.pedestal, axis=0)
+    else:
+        # The pedestal of lit frames holds what lamps add to a recorded one, which is for effects to say.
+        del sources["background_counts"]
+        lacking = "Impulse response and delays of zones"
     sensor = SensorModel(
         name=str(meta.get("sensor", "")),
         mode=str(meta.get("mode", "")),
@@ -37,11 +45,10 @@ def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorMo
         bin_width_s=estimate.bin_width_s,
         time_zero_s=np.asarray(sweep.time_zero_s, float) + estimate.delay_s,
         pulse=estimate.response(None),
-        background_counts=np.median(estimate.pedestal, axis=0),
-        sources={"pulse": said, "time_zero_s": f"as recorded, and delays of zones {said}", "background_counts": said},
+        background_counts=np.asarray(level, float),
+        sources=sources,
     )
-    sentence = f"Impulse response, delays of zones and pedestal are not recorded: {said}, none of them held out."
-    return sensor, sentence
+    return sensor, f"{lacking} are not recorded: {said}, none of them held out."
 
 
 def likeliest_pedestal(simulation: Simulation) -> np.ndarray:

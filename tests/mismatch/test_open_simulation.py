@@ -123,6 +123,16 @@ def test_a_pedestal_that_nobody_recorded_is_what_dark_bins_hold(rig, level):
     np.testing.assert_array_equal(sensor.background_counts, simulation.background)
 
 
+def test_a_background_that_is_recorded_stays_as_recorded_where_the_response_is_estimated(rig, counts):
+    """Lamps that were lit between the two are a mismatch, and no part of the estimate."""
+    lit = np.random.default_rng(7).poisson(counts + 0.8)
+    recording = rig.recording(lit, irf=None, irf_time_s=None)
+    simulation, sensor, notes = simulation_of(recording, rig.maps)
+    np.testing.assert_array_equal(simulation.background, BACKGROUND)
+    assert "background_counts" not in sensor.sources
+    assert not any("pedestal" in note for note in notes)
+
+
 def test_a_sensor_of_other_bins_is_refused(rig, counts):
     recording = rig.recording(counts)
     sensor = SensorModel.of(rig.recording(counts[:, :, :40]))
