@@ -91,7 +91,8 @@ def _evidence(train: Simulation, test: Simulation, rounds: list[Round]) -> float
 def _doubtful(train: Simulation, found: Fit) -> bool:
     """Whether names are stretched or contradicted, or fewer than there may be leave something."""
     rendering = train.rendering(found.gain)
-    if any(s.effect.strained(s.values, rendering) or s.effect.contradiction(s.values) for s in found.settings):
+    asked = ((s.effect, s.values, rendering) for s in found.settings)
+    if any(effect.strained(*now) or effect.contradiction(*now) for effect, *now in asked):
         return True
     return len(found.forms) < MOST_EFFECTS and bool(what_is_left(train, found))
 

@@ -17,8 +17,9 @@ def doubts(simulation: Simulation, judged: Fit, effects: tuple[Named, ...]) -> t
             p_value = chance(one.heldout_gain, one.expected_gain) * len(effects)
             sentence = f"{one.id} stands in for something else: it {gained}"
             found.append(wherever(simulation, p_value, sentence))
+    rendering = simulation.rendering(judged.gain) if judged.settings else None
     for setting in judged.settings:
-        why = setting.effect.contradiction(setting.values)
+        why = setting.effect.contradiction(setting.values, rendering)
         if why is not None:
             sentence = f"{setting.effect.id} stands in for something else: {why}"
             found.append(wherever(simulation, next(e.p_value for e in effects if e.id == setting.effect.id), sentence))

@@ -150,7 +150,7 @@ class Effect:
         """Whether values that are admitted stretch what the effect means, so that another name would be better."""
         return False
 
-    def contradiction(self, values: Values) -> str | None:
+    def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """Why such values, if they fit, say that it is not this effect but something that looks alike; None if not."""
         return None
 

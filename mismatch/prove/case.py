@@ -82,7 +82,7 @@ def _concealed(rng, kind: str, model: ForwardModel, rendering: Rendering):
     settings = []
     for name in names:
         setting = draw_setting(rng, all_effects()[str(name)], model, gain, nominal, target)
-        setting = None if setting is None else _whole(setting)
+        setting = None if setting is None else _whole(setting, rendering)
         if setting is None or setting.effect.strained(setting.values, rendering):
             return None
         settings.append(setting)
@@ -92,17 +92,17 @@ def _concealed(rng, kind: str, model: ForwardModel, rendering: Rendering):
         return None
 
 
-def _whole(setting: Setting) -> Setting | None:
+def _whole(setting: Setting, rendering: Rendering) -> Setting | None:
     """The same, whole where a part of it has no meaning (zones exchanged by a share); None where nor that has."""
     effect = setting.effect
-    if effect.contradiction(setting.values) is None:
+    if effect.contradiction(setting.values, rendering) is None:
         return setting
     values = dict(setting.values)
     for p in effect.parameters:
         if p.vanishes_at is not None and np.any(values[p.name] != p.vanishes_at):
             values[p.name] = p.high
     whole = effect.at(**values)
-    return whole if effect.contradiction(whole.values) is None else None
+    return whole if effect.contradiction(whole.values, rendering) is None else None
 
 
 def draw_setting(

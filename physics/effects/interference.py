@@ -162,7 +162,7 @@ class Interference(Effect):
         stays = abs(values["drift"]) < AGREED or wandered < rendering.clock.bin_width_s
         return (bool(np.any(values["counts"])) and stays) or values["longer"] > LONGEST_S
 
-    def contradiction(self, values: Values) -> str | None:
+    def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """What does not wander is no clock's but the sensor's."""
         if np.any(values["counts"]) and abs(values["drift"]) < AGREED:
             return "the pulse of another emitter would wander from frame to frame, and this does not"

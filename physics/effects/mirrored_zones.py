@@ -118,7 +118,7 @@ class MirroredZones(Effect):
             return level
         return level + values["levels"] * (taken(rendering.footprints.zone_grid, values) @ level - level)
 
-    def contradiction(self, values: Values) -> str | None:
+    def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """Zones are in each other's place or not; a small share of another's light is a ghost, or stray."""
         largest = max(values[name] for name in SHARES)
         return None if largest == 0 or largest > HALF else f"of another zone's place each has {largest:.2g} only"

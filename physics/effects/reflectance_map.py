@@ -178,8 +178,14 @@ class ReflectanceMap(Effect):
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """What is fixed in the view while surfaces pass there is the optics', not theirs."""
+        return self.contradiction(values, rendering) is not None
+
+    def contradiction(self, values: Values, rendering: Rendering) -> str | None:
+        """Emitter, window and optics are in the view, whatever passes there; surfaces pass."""
         fixed = values["spot"] or any(values[name] for name in VIEW)
-        return bool(fixed) and passing(rendering.light.range_m) > PASSING
+        if not fixed or passing(rendering.light.range_m) <= PASSING:
+            return None
+        return "it stays where it is in the view while surfaces pass there"
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Each of the largest surfaces alone; what is nearer than gaps in range; several materials."""

@@ -151,9 +151,9 @@ class SecondSurface(Effect):
         And one where the first surface is is that surface's brightness.
         """
         thin = abs(values["spacing"]) < THIN_BINS * rendering.clock.bin_width_s * speed_of_light / 2
-        return thin or self.contradiction(values) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
+        return thin or self.contradiction(values, rendering) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
 
-    def contradiction(self, values: Values) -> str | None:
+    def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """A pulse ahead that goes with the pulse at all ranges is the laser's; a thing is where its light is."""
         if values["one"] > WHOLE:
             return "all light of one thing comes from elsewhere, so that it is not where depth has it"

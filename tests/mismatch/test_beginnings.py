@@ -20,7 +20,7 @@ def tried(monkeypatch):
     made = SimpleNamespace(begun=[], likely={"tail": 10.0}, effects=2, strained=False, contradiction=None, left=())
     made.minor = {}
     effect = SimpleNamespace(
-        strained=lambda values, rendering: made.strained, contradiction=lambda values: made.contradiction
+        strained=lambda values, rendering: made.strained, contradiction=lambda values, rendering: made.contradiction
     )
 
     def selection(name, candidates):

@@ -33,7 +33,7 @@ def test_a_name_is_doubted_where_it_falls_far_short(drawn, gain, expected, doubt
 @pytest.mark.parametrize(("gain", "doubted"), [(1000, False), (1423, False), (700, True)])
 def test_an_effect_that_looks_is_doubted_later(drawn, gain, doubted):
     setting = find_effect("interference").at(roaming=50)
-    judged = SimpleNamespace(settings=(setting,))
+    judged = SimpleNamespace(settings=(setting,), gain=1.0)
     assert len(doubts(drawn(1), judged, (named("interference", gain, 1900),))) == doubted
 
 

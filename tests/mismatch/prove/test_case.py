@@ -97,9 +97,9 @@ def test_answers_are_put_beside_the_truth(rig, tmp_path):
 
 def test_what_is_there_or_not_is_drawn_whole():
     mirrored = find_effect("mirrored_zones")
-    whole = _whole(mirrored.at(columns=0.02, transposed=0.02))
+    whole = _whole(mirrored.at(columns=0.02, transposed=0.02), None)
     assert (whole.values["columns"], whole.values["transposed"], whole.values["rows"]) == (1.0, 1.0, 0.0)
     tail = find_effect("impulse_tail").at(share=0.02)
-    assert _whole(tail) is tail
+    assert _whole(tail, None) is tail
     # A surface in front that returns no more light from nearer would contradict itself however strong.
-    assert _whole(find_effect("second_surface").at(passed=0.1, spacing=-0.05, falloff=0.5)) is None
+    assert _whole(find_effect("second_surface").at(passed=0.1, spacing=-0.05, falloff=0.5), None) is None

@@ -206,4 +206,6 @@ def test_what_stays_in_the_view_while_surfaces_pass_is_not_theirs(values, fixed)
     nearing[0, 0, 0] = np.nan
     for ranges, passing in ((still, False), (nearing, True)):
         rendering = SimpleNamespace(light=SimpleNamespace(range_m=ranges))
-        assert effect.strained(effect.at(**values).values, rendering) == (fixed and passing)
+        found = effect.at(**values).values
+        assert effect.strained(found, rendering) == (fixed and passing)
+        assert (effect.contradiction(found, rendering) is not None) == (fixed and passing)
