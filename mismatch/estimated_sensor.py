@@ -14,6 +14,8 @@ from recordings.recording import Recording
 
 # Steps towards the likeliest pedestal: where most cells hold nothing else, few are needed.
 STEPS = 30
+# Signal is hardly any where it is less than this part of the pedestal.
+HARDLY = 0.1
 # Frames are many where a response is to be estimated; so many tell it as well.
 ENOUGH = 48
 
@@ -55,12 +57,17 @@ def likeliest_pedestal(simulation: Simulation) -> np.ndarray:
     """(P,) counts per bin that no laser sent, the likeliest of all chosen frames together, beside their signal.
 
     Frame by frame and by its logarithm, as it is estimated beside the response, it is never nothing. Signal and
-    pedestal add up, so that each step gives both their part of every count (Dempster, Laird and Rubin 1977).
+    pedestal add up, so that each step gives both their part of every count (Dempster, Laird and Rubin 1977). Only cells
+    take part in which there is hardly any signal, of zones that have such: elsewhere it would take up what is amiss
+    with that.
     """
     part = simulation.of(halves(len(simulation.counts))[0])
     signal = np.maximum(fit_nominal(part).expected - part.dark, 0)
     level = np.asarray(simulation.background, float)
+    dark = signal < HARDLY * level[:, None]
+    cells = dark.sum(axis=(0, 2))
     for _ in range(STEPS):
         expected = np.maximum(signal + level[:, None], LEAST * 1e-3)
-        level = level * (part.counts / expected).mean(axis=(0, 2))
+        parts = np.sum(part.counts / expected, axis=(0, 2), where=dark) / np.maximum(cells, 1)
+        level = np.where(cells > 0, level * parts, level)
     return level
