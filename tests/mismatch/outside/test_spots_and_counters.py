@@ -166,3 +166,37 @@ def test_dirt_on_the_lens(scene, maps):
     first = CAUSES["lens_dirt"].starts(darker - plain, plain, rendering)[0]
     assert first["across"] < 0.45
     assert first["down"] < 0.45
+
+
+def test_a_base_line_that_dips(scene):
+    """By the response of a high-pass filter, bin after bin."""
+    model, _, clock = scene
+    plain = model.expected(1000.0)
+    light = plain - BACKGROUND[:, None]
+    found = changed(model, "undershoot", lost=0.2, tau=3e-9)
+    ago = np.arange(1, BINS) * clock.bin_width_s
+    weights = np.exp(-ago / 3e-9)
+    weights *= 1 / (np.exp(-clock.bin_width_s / 3e-9) / (1 - np.exp(-clock.bin_width_s / 3e-9)))
+    dip = np.array([light[1, 2, t - 1 :: -1][:t] @ weights[:t] if t else 0.0 for t in range(BINS)])
+    np.testing.assert_allclose(found[1, 2], np.maximum(plain[1, 2] - 0.2 * dip, 0), rtol=1e-9, atol=1e-9)
+    assert (changed(model, "undershoot", lost=3.0, tau=1e-9) >= 0).all()
+
+
+def test_light_that_enters_a_surface_comes_later(scene):
+    """All of one surface: mean and variance grow by those of an exponential, and nothing is lost."""
+    _model, light, clock = scene
+    effect = CAUSES["translucent"]
+    deep = 0.05
+    values = effect.at(inside=0.4, deep=deep, surface=1.0).values
+    made = effect.light(values, Rendering(light, None, clock, 1.0))
+    there = light.surfaces == 1
+    ranges = np.stack([way.range_m for way in made.returns], -1)[there].astype(float)
+    strengths = np.stack([way.strength for way in made.returns], -1)[there].astype(float)
+    before = light.returns[0].strength[there]
+    np.testing.assert_allclose(strengths.sum(-1), before, rtol=1e-5)
+    late = (ranges - ranges[:, :1])[:, 1:]
+    assert (late @ np.ones(late.shape[1]) / late.shape[1]).mean() == pytest.approx(deep, rel=1e-3)
+    # Parts of equal chance keep most of the variance of an exponential.
+    assert late.var(axis=1).mean() == pytest.approx(deep**2, rel=0.2)
+    np.testing.assert_allclose(strengths[:, 1:].sum(-1), 0.4 * before, rtol=1e-5)
+    assert (made.returns[0].strength[~there] == light.returns[0].strength[~there]).all()
