@@ -14,8 +14,9 @@ class RangeWalk(Effect):
 
     A bright pulse crosses the comparator's threshold sooner on its rising flank, by no more than that flank is long;
     where the flank is exponential the threshold is crossed sooner by the logarithm of how bright it is, without end.
-    S is the sum over the whole window: two pulses in one histogram walk together. Light from beyond the window, which
-    the walk would bring into its last bins, is not followed.
+    S is the sum over the whole window, or, by the part `fullest`, what the fullest bin holds, as a comparator sees how
+    high a pulse is and not how long light goes on: two pulses in one histogram walk together. Light from beyond the
+    window, which the walk would bring into its last bins, is not followed.
     """
 
     id = "range_walk"
@@ -77,11 +78,12 @@ class RangeWalk(Effect):
             tries=(1e4,),
             sentence="Counts of signal in a zone and frame that are registered when they should be.",
         ),
+        Parameter("fullest", "1", 0.0, 1.0, 0.0, "Whether it goes by the fullest bin (1) or by the sum of all (0)."),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light of each zone and frame, earlier by its own sum."""
-        signal = rendering.gain * rendering.arrivals.light.sum(axis=-1)
+        signal = rendering.gain * _measured(rendering, values["fullest"])
         level, reference = values["level"], values["reference"]
         bounded = signal / (signal + level) - reference / (reference + level)
         endless = np.log1p(signal / level) - np.log1p(reference / level)
@@ -90,11 +92,21 @@ class RangeWalk(Effect):
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Time zero measured with the faintest, the usual and the brightest of what was recorded."""
-        signal = np.maximum(expected - rendering.background, 0).sum(axis=-1)
+        light = np.maximum(expected - rendering.background, 0)
         level, reference = self.parameter("level"), self.parameter("reference")
-        counts = np.clip(np.quantile(signal, (0.02, 0.5, 0.98)), reference.low, reference.high)
-        usual = float(np.clip(counts[1], level.low, level.high))
-        return [{"reference": float(one), "level": at} for one in counts for at in (usual, level.low)]
+        found = []
+        for fullest, signal in ((0.0, light.sum(axis=-1)), (1.0, light.max(axis=-1))):
+            counts = np.clip(np.quantile(signal, (0.02, 0.5, 0.98)), reference.low, reference.high)
+            usual = float(np.clip(counts[1], level.low, level.high))
+            ways = [{"reference": float(one), "level": at} for one in counts for at in (usual, level.low)]
+            found += ways if fullest == 0 else [way | {"fullest": fullest} for way in ways]
+        return found
+
+
+def _measured(rendering: Rendering, fullest: float) -> np.ndarray:
+    """(F, P) light that the walk goes by."""
+    total = rendering.arrivals.light.sum(axis=-1)
+    return total + fullest * (rendering.arrivals.binned().max(axis=-1) - total) if fullest else total
 
 
 effect = RangeWalk()

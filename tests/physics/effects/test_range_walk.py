@@ -52,6 +52,19 @@ def test_what_is_as_bright_as_the_reference_stays_and_fainter_light_is_late(sign
         assert lead(reference, **{law: 1e-10}, level=1e3, reference=reference)[0] == pytest.approx(0, abs=1e-18)
 
 
+def test_by_the_fullest_bin_light_that_is_spread_out_walks_less():
+    """A pulse narrower than a bin holds all of its light in the bin that the model itself gives as fullest."""
+    clock = Clock(2e-10, 30, np.zeros(1), two_piece_pulse(1e-10, 2e-10, 2e-11))
+    light = np.zeros((1, 1, clock.lattice.size))
+    light[0, 0, 150] = light[0, 0, 200] = 1e4
+    start = SimpleNamespace(arrivals=Arrivals(light, clock.lattice, 30), gain=2.0)
+    both = Arrivals(light, clock.lattice, 30).binned()
+    for fullest, signal in ((0.0, 4e4), (1.0, 2 * both.max()), (0.25, 3e4 + 0.5 * both.max())):
+        moved = effect.arrivals(effect.at(walk=1e-10, level=1e4, fullest=fullest).values, start).light[0, 0]
+        lead_s = (175 - np.arange(len(moved)) @ moved / moved.sum()) * clock.lattice.step_s
+        assert lead_s == pytest.approx(1e-10 * signal / (signal + 1e4), rel=1e-6)
+
+
 def test_half_at_its_level_whatever_gain_and_light_make_it():
     assert lead(50.0, gain=20.0, walk=1e-10, level=1e3)[0] == pytest.approx(5e-11)
     assert lead(1e12, walk=1e-10, level=1e3)[0] == pytest.approx(1e-10)

@@ -180,6 +180,7 @@ STRENGTHS = {
         {"walk": [0, 3e-10, 1e-9, 1e-10], "level": 2e5},
         {"logarithmic": [3e-10, 0, 5e-10, 1e-10], "level": 3e4},
         {"logarithmic": 3e-10, "level": 3e4, "reference": 2e5},
+        {"logarithmic": 3e-10, "level": 3e3, "fullest": 1},
     ],
     "reflectance_map": [
         {"contrast": 1.5, "step": -0.8, "spot": 1, "level": 0.5},
