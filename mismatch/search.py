@@ -44,12 +44,16 @@ def search(simulation: Simulation, forms: list[Form]) -> Search:
     train, test = (simulation.of(some) for some in halves(frames))
     rounds, notes = likeliest_selection(train, test, forms), ()
     if unjudged(rounds[-1]):
-        train, test = (simulation.of(some) for some in halves(frames, frames))
-        rounds, notes = likeliest_selection(train, test, forms), (ONE_BY_ONE,)
+        singly = [simulation.of(some) for some in halves(frames, frames)]
+        anew = likeliest_selection(*singly, forms)
+        # A search that was ended before it began tells nothing.
+        if anew[-1].before.forms or not rounds[-1].before.forms or not simulation.work.enough:
+            (train, test), rounds, notes = singly, anew, (ONE_BY_ONE,)
     there = trusted(simulation, train, test, rounds) if what_is_left(train, rounds[-1].before) else None
     if there is not None:
         again = [there[0].of(part.frames) for part in (train, test)]
-        anew = _beside(*again, forms, there[1])
+        # There may be no more search left in it than to go on from there.
+        anew = onward(*again, forms, there[2], there[1]) if simulation.work.enough else _beside(*again, forms, there[1])
         if owns_up(anew[-1].before):
             simulation, (train, test), rounds, notes = there[0], again, anew, (*notes, UNCERTAIN)
     judged, contests = contested(train, test, rounds[-1].before, rounds, forms)

@@ -1,5 +1,7 @@
 """Counts that a cause leaves uncertain, as nobody saw what its model would have to know, are trusted less."""
 
+from dataclasses import replace
+
 from mismatch.candidates import cost
 from mismatch.fit import Fit, fit, fit_nominal
 from mismatch.selection import Round
@@ -19,22 +21,23 @@ def as_given(simulation: Simulation) -> Simulation:
 
 def trusted(
     simulation: Simulation, train: Simulation, test: Simulation, rounds: list[Round]
-) -> tuple[Simulation, Fit] | None:
-    """All frames, trusted as far as the likeliest cause that owns up to what nobody saw says, and its fit; or None.
+) -> tuple[Simulation, Fit, list[Round]] | None:
+    """All frames, trusted as far as the likeliest cause that owns up to what nobody saw says, its fit, and how it came.
 
     None where no cause does, or it is not likelier, its own uncertainty being paid for, than what was found by trusting
     all.
     """
-    owning = [c for one in rounds for c in one.candidates if _last_owns_up(c.fit)]
+    owning = [(i, c) for i, one in enumerate(rounds) for c in one.candidates if _last_owns_up(c.fit)]
     if not owning:
         return None
-    found = min(owning, key=lambda candidate: candidate.criterion).fit
+    at, chosen = min(owning, key=lambda one: one[1].criterion)
+    found, led = chosen.fit, [*rounds[:at], replace(rounds[at], chosen=chosen)]
     for _ in range(TURNS):
         there = simulation.trusting(trust_in(simulation, found))
         found = fit(there.of(train.frames), found.forms, found.x, found.frame_gain_sigma)
     mine, theirs = (marginal_deviance(simulation, one) + cost(train, one) for one in (found, rounds[-1].before))
     likelier = owns_up(rounds[-1].before) or mine < theirs
-    return (there, found) if likelier and there.trust is not None and (1 - there.trust).sum() > WORTH else None
+    return (there, found, led) if likelier and there.trust is not None and (1 - there.trust).sum() > WORTH else None
 
 
 def _last_owns_up(fitted: Fit) -> bool:

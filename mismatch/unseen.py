@@ -12,6 +12,8 @@ from physics.owning import Unseen
 # Counts may be off by so many times what an effect owns up to, in the mean square, and by as little as this; and by as
 # much by these powers of it, as what it guesses to be large is so by chance in part.
 MOST_TIMES, LEAST_TIMES = 4.0, 0.02
+# What a frame is trusted that was taken when nobody saw the scene.
+BLIND = 1e-6
 POWERS = (1.0, 0.7, 0.5, 0.35)
 
 
@@ -23,8 +25,9 @@ def owns_up(fitted: Fit) -> bool:
 def trust_in(simulation: Simulation, fitted: Fit, together: bool = True) -> np.ndarray | None:
     """(F, P, T) how far counts are trusted with the effects of a fit; None where they are as sure as photons are.
 
-    together: as far as sums of those that are off alike are, not each by itself. By how much what an effect owns up to
-    is too much or too little the counts of all frames tell, as they tell how much their gain fluctuates.
+    together: as far as sums of those that are off alike are, not each by itself, and frames that tell nothing not. By
+    how much what an effect owns up to is too much or too little the counts of all frames tell, as they tell how much
+    their gain fluctuates.
     """
     every = simulation if simulation.whole is None else simulation.whole
     found = unseen_of(every, fitted)
@@ -33,9 +36,13 @@ def trust_in(simulation: Simulation, fitted: Fit, together: bool = True) -> np.n
     every = every.trusting(None)
     mean = np.maximum(FrameGains(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
     more = _more(deviance(every.counts, mean), sum(one.variance for one in found) / mean)
-    if more is None:
+    blind = [one.blind for one in found if together and one.blind is not None and one.blind.any()]
+    if more is None and not blind:
         return None
-    trust = 1 / (1 + more * (max(one.together for one in found) if together else 1.0))
+    alike = max(one.together for one in found) if together else 1.0
+    trust = np.ones(every.counts.shape) if more is None else 1 / (1 + more * alike)
+    for frames in blind:
+        trust[frames] = BLIND
     return trust if simulation.whole is None else trust[simulation.frames]
 
 

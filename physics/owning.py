@@ -22,8 +22,10 @@ class Look:
 @dataclass(frozen=True, eq=False)
 class Unseen:
     """What a model leaves uncertain. variance: (F, P, T) of counts, beyond that of photons. together: how many cells
-    are off alike: sums of so many scatter that much more than those of cells which are each off by themselves.
+    are off alike: sums of so many scatter that much more than those of cells which are each off by themselves. blind:
+    (F,) frames that were taken when nobody saw the scene, so that they tell nothing; None where there are none.
     """
 
     variance: np.ndarray
     together: float
+    blind: np.ndarray | None = None

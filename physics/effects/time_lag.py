@@ -14,6 +14,9 @@ from physics.owning import Unseen
 from physics.rendering import Rendering
 from physics.told_between import Told
 
+# Parts of a step between frames beyond the first or the last of them at which nobody knows what was there.
+BLIND = 0.3
+
 
 class TimeLag(Effect):
     """The LiDAR sees the scene lag + skew·t seconds after the camera's image of its frame, before it where negative.
@@ -100,11 +103,13 @@ class TimeLag(Effect):
         late = late_zones(values, rendering.footprints.seen[0][1].shape[1]) & (values["burst"] != 0)
         moves_on = light.motion is not None and values["carried"] > 0.5
         told = Told.of(rendering, moves_on)
-        found = []
-        for lag in (values["lag"], values["lag"] + values["burst"]):
+        found, blind = [], np.zeros(len(times), bool)
+        for lag, there in ((values["lag"], ~late), (values["lag"] + values["burst"], late)):
             near = around(times, times + lag + values["skew"] * times, 1.0)
             found.append(told.between(*near) + told.beyond(*near, 0.0 if moves_on else 1 - values["beyond"]))
-        return Unseen(np.where(late[:, None], found[1], found[0]), told.together)
+            part = near[2]
+            blind |= there.any() & (np.abs(part - np.clip(part, 0, 1)) > BLIND) & (not moves_on)
+        return Unseen(np.where(late[:, None], found[1], found[0]), told.together, blind)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Zones in two groups, by the lag that explains most of an excess in each by itself."""
