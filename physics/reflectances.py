@@ -5,6 +5,7 @@ from scipy.special import expit
 
 from physics.effect import Values
 from physics.light import Light
+from physics.marks import within
 from physics.texture import PRODUCTS, texture
 from physics.told_apart import numbers
 
@@ -38,6 +39,8 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
     if values["spot"] != 0:
         x, y = light.rays[..., 0] - values["spot_x"], light.rays[..., 1] - values["spot_y"]
         found = values["spot"] * np.exp(-(x**2 + y**2) / (2 * values["spot_size"] ** 2))
+    if values["mark"] != 0:
+        found = found + values["mark"] * within(light, *(values[f"mark_{of}"] for of in ("x", "y", "z", "size")))
     if any(values[name] != 0 for name in PRODUCTS):
         found = found + texture(values, light)
     if values["contrast"] != 0 or values["step"] != 0:

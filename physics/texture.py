@@ -5,6 +5,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from physics.approach import approached_m
 from physics.effect import Values
 from physics.light import Light
 
@@ -46,16 +47,25 @@ def _of_space(light: Light) -> np.ndarray:
 
     In the camera's frame when the session began.
     """
+    right, down, ahead = places(light)
+    return _products([right, down, ahead - MIDDLE_M], SPACE)
+
+
+def places(light: Light) -> list[np.ndarray]:
+    """Three (F, H, W): metres to the right, down and ahead, in the camera's frame when the session began.
+
+    Where nobody says how it moved, it came as much nearer as what it sees.
+    """
     range_m = np.where(np.isfinite(light.range_m), light.range_m, 0).astype(float)
     depth = range_m / np.linalg.norm(light.rays, axis=-1)
-    moved = np.broadcast_to(np.eye(4), (light.frames, 4, 4))
     if light.motion is not None:
         moved = light.motion.start_from_camera[light.motion.nearest(light.time_s)]
+    else:
+        moved = np.tile(np.eye(4), (light.frames, 1, 1))
+        moved[:, 2, 3] = approached_m(light)
     rays = np.ascontiguousarray(np.moveaxis(light.rays, -1, 0))
     # Row by row of the transform, so that no array of points is made.
-    places = [np.tensordot(moved[:, row, :3], rays, 1) * depth + moved[:, row, 3][:, None, None] for row in range(3)]
-    places[2] -= MIDDLE_M
-    return _products(places, SPACE)
+    return [np.tensordot(moved[:, row, :3], rays, 1) * depth + moved[:, row, 3][:, None, None] for row in range(3)]
 
 
 def _products(coordinates: list[np.ndarray], powers: dict[str, tuple[int, ...]]) -> np.ndarray:

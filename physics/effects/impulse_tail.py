@@ -1,6 +1,7 @@
 """`impulse_tail`: carriers that diffuse before they avalanche, and a laser that turns off slowly."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,8 @@ class ImpulseTail(Effect):
     The latter is a laser that lingers at a low level and then stops. Carriers that come from many depths fall less
     steeply in the end, and a laser that turns off along a ramp more steeply: `heavy`, of `waits.waiting`. This tail is
     the detector's, which may delay another share of the photons in each zone: then light is delayed by knots of the
-    lattice, step for step as the pulse is where all zones have the same.
+    lattice, step for step as the pulse is where all zones have the same. A laser's tail may come in addition to a pulse
+    that is as it was, by the part `added`.
     """
 
     id = "impulse_tail"
@@ -83,6 +85,7 @@ class ImpulseTail(Effect):
             tries=(-0.4, 0.6),
             sentence="Falls with the power 1 + 1/heavy of time; 0 exponentially, -1/2 on a straight line until 2 tau.",
         ),
+        Parameter("added", "1", 0.0, 1.0, 0.0, "Part of `share` that comes in addition to the pulse, not out of it."),
     )
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
@@ -94,18 +97,28 @@ class ImpulseTail(Effect):
         pulse = rendering.clock.pulse
         if values["lingering"]:
             pulse = pulse.with_tail(values["duration"], values["lingering"], heavy=-1.0)
-        if np.ndim(values["share"]) == 0 and values["share"]:
+        if not _by_zone(values) and values["share"]:
             pulse = pulse.with_tail(values["tau"], values["share"], values["heavy"])
         return replace(rendering.clock, pulse=pulse)
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light, delayed in part where zones differ in how much."""
-        if np.ndim(values["share"]) == 0:
+        if not _by_zone(values):
             return rendering.arrivals
-        share = np.asarray(values["share"])[:, None]
+        share = np.atleast_1d(values["share"])[:, None]
         here = rendering.arrivals
         delayed = late(here.light, here.lattice.step_s, values["tau"], values["heavy"])
-        return replace(here, light=here.light + share * (delayed - here.light))
+        return replace(here, light=here.light + share * (delayed - (1 - values["added"]) * here.light))
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
+        """One that is added: where zones differ in it, as else that is a matter of the gain."""
+        each = np.full(expected.shape[1], self.parameter("share").start)
+        return [{"share": each, "tau": self.parameter("tau").start, "added": 1.0}]
+
+
+def _by_zone(values: Values) -> bool:
+    """Whether light is delayed and not the pulse."""
+    return np.ndim(values["share"]) > 0 or (values["added"] > 0 and values["share"] > 0)
 
 
 effect = ImpulseTail()

@@ -9,6 +9,7 @@ from physics.bounce import bounces
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.hidden_bounces import hidden
 from physics.light import Light, Return
+from physics.outside_patch import by_way_of_patch, likely_patches
 from physics.outside_plane import by_way_of_plane
 from physics.owning import Unseen
 from physics.rendering import Rendering
@@ -20,7 +21,7 @@ SIDES_DEG = (0.0, 90.0, 180.0, -90.0)
 
 
 class Multipath(Effect):
-    """Six ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
+    """Seven ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
 
     Between two visible surfaces, matt or rough: `physics.bounce`.
 
@@ -49,6 +50,8 @@ class Multipath(Effect):
     where no zone looks. A matt plane would spread that in time; this is its mean. The plane stands still: where it is
     known how the camera moved, it is nearer or farther in every frame.
 
+    By way of one patch outside the view, a part of the robot or of a wall: `physics.outside_patch`.
+
     By way of walls on all sides, as of a corridor: the mean of such planes, |X'| = √(r² + 4 distance²) and θ' = θ.
     """
 
@@ -65,6 +68,7 @@ class Multipath(Effect):
         ("mirrored", "spreading"),
         ("around", "around_distance"),
         ("outside", "outside_distance", "outside_azimuth", "outside_tilt"),
+        ("patch", "patch_x", "patch_y", "patch_z"),
     )
     look_alikes = (
         LookAlike("second_surface", "Step the target in range: a bounce's delay changes, a second surface's stays."),
@@ -76,69 +80,30 @@ class Multipath(Effect):
     )
     parameters = (
         Parameter(
-            "between",
-            unit="1",
-            low=0.0,
-            high=1e3,
-            start=1.0,
-            vanishes_at=0.0,
-            sentence="Light between two visible surfaces, over what matt ones of the assumed reflectance exchange.",
+            "between", "1", 0.0, 1e3, 1.0, "Light between two visible surfaces, over what matt ones exchange.", 0.0
         ),
         Parameter(
-            "aimed",
-            unit="1",
-            low=0.0,
-            high=1.0,
-            start=0.0,
-            tries=(1.0,),
-            sentence="Part of the source's light that goes where zones look; the rest lights all of the image alike.",
+            "aimed", "1", 0.0, 1.0, 0.0, "Part of the light that goes where zones look, not all over.", tries=(1.0,)
         ),
         Parameter("rough", "1", 0.0, 1.0, 0.0, "Part of it that goes whichever way surfaces face.", tries=(1.0,)),
-        Parameter(
-            "sensor",
-            unit="m²",
-            low=0.0,
-            high=0.1,
-            start=3e-4,
-            vanishes_at=0.0,
-            sentence="Reflectance times area of the sensor's face; 10 cm² that reflect 30 %.",
-        ),
-        Parameter(
-            "retro",
-            unit="m²",
-            low=0.0,
-            high=10.0,
-            start=1e-2,
-            vanishes_at=0.0,
-            sentence="What the receiver's lens sends back to where it came from, over what falls on a square metre.",
-        ),
+        # It begins at 10 cm² that reflect 30 %.
+        Parameter("sensor", "m²", 0.0, 0.1, 3e-4, "Reflectance times area of the sensor's face.", 0.0),
+        Parameter("retro", "m²", 0.0, 10.0, 1e-2, "What the lens sends back, over what falls on a square metre.", 0.0),
         Parameter("mirrored", "1", 0.0, 1.0, 0.01, "Part that returns once more of what comes from 1 m.", 0.0),
         Parameter("spreading", "1", -1.0, 6.0, 0.0, "Power of range with which that part falls.", tries=(2.0,)),
-        Parameter(
-            "around",
-            unit="1",
-            low=0.0,
-            high=10.0,
-            start=0.1,
-            vanishes_at=0.0,
-            sentence="What walls on all sides send on, over what mirrors in even light would.",
-        ),
-        Parameter(
-            "around_distance", "m", 0.01, 10.0, 0.5, "Distance of these walls from the sensor, wherever it goes."
-        ),
-        Parameter(
-            "outside",
-            unit="1",
-            low=0.0,
-            high=10.0,
-            start=0.1,
-            vanishes_at=0.0,
-            sentence="What the plane outside the view sends on, over what a mirror in even light would.",
-        ),
+        Parameter("around", "1", 0.0, 10.0, 0.1, "What walls on all sides send on, over what mirrors would.", 0.0),
+        Parameter("around_distance", "m", 0.01, 10.0, 0.5, "Distance of these walls, wherever the sensor goes."),
+        Parameter("outside", "1", 0.0, 10.0, 0.1, "What the plane outside the view sends on, over a mirror's.", 0.0),
         # Of the plane at the beginning of the session.
         Parameter("outside_distance", "m", 0.01, 10.0, 0.5, "Distance of the plane from the sensor."),
         Parameter("outside_azimuth", "deg", -360.0, 360.0, 90.0, "Where it is in the image: 0 to the right, 90 down."),
         Parameter("outside_tilt", "deg", -80.0, 80.0, 0.0, "How it leans: 0 along the optical axis, above 0 ahead."),
+        Parameter("patch", "1", 0.0, 10.0, 0.01, "What the patch sends on.", vanishes_at=0.0),
+        Parameter("patch_x", "m", -5.0, 5.0, 0.3, "How far to the right of the sensor it is."),
+        Parameter("patch_y", "m", -5.0, 5.0, 0.0, "How far below it."),
+        Parameter("patch_z", "m", -5.0, 5.0, 0.1, "How far ahead of it."),
+        Parameter("patch_stands", "1", 0.0, 1.0, 0.0, "1 where it stays where it was, 0 where it goes along."),
+        Parameter("patch_dimmed", "1", 0.0, 1.0, 0.0, "1 where it goes with what surfaces send back directly."),
     )
 
     def owns_up(self, values: Values) -> bool:
@@ -155,7 +120,7 @@ class Multipath(Effect):
         for away in likely_distances(excess, expected, rendering):
             found += [{"outside_distance": away, "outside_azimuth": side} for side in SIDES_DEG]
             found.append({"around_distance": away})
-        return found
+        return found + likely_patches(excess, expected, rendering)
 
     def light(self, values: Values, rendering: Rendering) -> Light:
         """More returns of every pixel: by way of the lens, of walls all around, and of the plane outside the view."""
@@ -175,6 +140,12 @@ class Multipath(Effect):
             plane = (float(values[f"outside_{name}"]) for name in ("distance", "azimuth", "tilt"))
             half_path, strength = by_way_of_plane(light, *plane)
             more.append(Return(half_path, (values["outside"] * strength).astype(strength.dtype)))
+        if values["patch"]:
+            place = (float(values[f"patch_{axis}"]) for axis in "xyz")
+            half_path, strength = by_way_of_patch(
+                light, *place, *(values[f"patch_{how}"] > 0.5 for how in ("stands", "dimmed"))
+            )
+            more.append(Return(half_path, (values["patch"] * strength).astype(strength.dtype)))
         return replace(light, returns=(*light.returns, *more)) if more else light
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.constants import speed_of_light
 
+from physics.approach import approached_m
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.folded import one_period_early, periods, seen_beyond, seen_through, walls, where_unknown
 from physics.light import Return
@@ -26,8 +27,8 @@ class RangeAliasing(Effect):
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
     draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds. One that stands still comes nearer
-    by as much as the camera has moved towards it, where that is known. It is followed until it leaves the window, not
-    into the next period.
+    by as much as the camera has moved towards it; where nobody says, as what it sees has (`approach`). It is followed
+    until it leaves the window, not into the next period.
     """
 
     id = "range_aliasing"
@@ -88,14 +89,8 @@ class RangeAliasing(Effect):
             tries=(5e-10,),
             sentence="Standard deviation of the laser's period, or of the time that light takes to a deep target.",
         ),
-        Parameter(
-            "still",
-            unit="1",
-            low=-1.5,
-            high=1.5,
-            start=0.0,
-            sentence="Metres by which it comes nearer for each that the camera moves ahead: 1 if it stands still.",
-        ),
+        # It is 1 if the target stands still.
+        Parameter("still", "1", -1.5, 1.5, 0.0, "Metres by which it comes nearer for each that the camera moves."),
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
         Parameter("depth", "m", 1.0, 60.0, 10.0, "How far ahead that wall is at the start of the session."),
@@ -181,9 +176,9 @@ def _beyond(values: Values, rendering: Rendering) -> list[Return]:
 
 
 def _way_m(rendering: Rendering) -> np.ndarray:
-    """(F,) how far the camera has moved ahead; 0 where nobody knows."""
+    """(F,) how far the camera has moved ahead."""
     light = rendering.light
-    return np.zeros(light.frames) if light.motion is None else light.motion.forward_m(light.time_s)
+    return approached_m(light) if light.motion is None else light.motion.forward_m(light.time_s)
 
 
 def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:

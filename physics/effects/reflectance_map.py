@@ -6,6 +6,7 @@ import numpy as np
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
+from physics.marks import likely_marks
 from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
 from physics.texture import COARSE, PRODUCTS, SPACE, VIEW, passing
@@ -21,7 +22,7 @@ PASSING = 0.03
 
 class ReflectanceMap(Effect):
     """Reflectance ρ becomes ρ · (ρ/½)^contrast · exp(step·s(ln(level/ρ)/0.1) + near·s(ln(near_range/r)/0.02)
-    + spot·exp(-d²/2·size²) + texture + one at surface number `surface` + surface_k at surface number k).
+    + spot·exp(-d²/2·size²) + mark·(in it) + texture + one at surface number `surface` + surface_k at number k).
 
     s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
     a polynomial of these tangents, slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y + bend_xxx·x³ + ..., and
@@ -30,7 +31,8 @@ class ReflectanceMap(Effect):
     from one place, or in space, as that of walls one moves along.
     Contrast stands for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and
     bright in the near infrared (or the reverse), the near step for an object before a wall, the spot for what the field
-    of view itself carries: dirt, vignetting, a label. Nothing is cut at 1: reflectance is known up to the gain, and a
+    of view itself carries, the mark for ink or tape on a surface, which stays there (`marks`). Nothing is cut
+    at 1: reflectance is known up to the gain, and a
     surface that sends light back to where it came from outshines a white matt one. Surfaces are told apart and followed
     through the frames by their geometry (`segments`), or told by the reflectance assumed of them (`materials`), and
     numbered by their pixels in all frames, the largest first: an object of another material, or each of several.
@@ -54,6 +56,7 @@ class ReflectanceMap(Effect):
         ("near",),
         ("near", "near_range"),
         ("spot", "spot_x", "spot_y", "spot_size"),
+        ("mark", "mark_x", "mark_y", "mark_z", "mark_size"),
         tuple(COARSE),
         tuple(VIEW),
         tuple(SPACE)[:3],
@@ -64,87 +67,24 @@ class ReflectanceMap(Effect):
     )
     parameters = (
         Parameter(
-            "contrast",
-            unit="1",
-            low=-1.0,
-            high=5.0,
-            start=0.3,
-            vanishes_at=0.0,
-            sentence="Exponent by which contrasts are stronger than assumed; -1 makes all surfaces alike.",
+            "contrast", "1", -1.0, 5.0, 0.3, "Exponent by which contrasts are stronger; -1 makes all alike.", 0.0
         ),
+        Parameter("step", "1", -5.0, 5.0, 0.5, "Logarithm of the factor on surfaces darker than `level`.", 0.0),
+        Parameter("level", "1", 0.01, 1.0, 0.4, "Assumed reflectance at which the step lies.", tries=(0.2, 0.5)),
+        Parameter("near", "1", -5.0, 5.0, 0.5, "Logarithm of the factor on surfaces nearer than `near_range`.", 0.0),
         Parameter(
-            "step",
-            unit="1",
-            low=-5.0,
-            high=5.0,
-            start=0.5,
-            vanishes_at=0.0,
-            sentence="Natural logarithm of the factor on surfaces darker than `level`.",
+            "near_range", "m", 0.05, 10.0, 0.6, "Range that tells near surfaces from far ones.", tries=(0.45, 0.9)
         ),
-        Parameter(
-            "level",
-            unit="1",
-            low=0.01,
-            high=1.0,
-            start=0.4,
-            tries=(0.2, 0.5),
-            sentence="Assumed reflectance at which the step lies.",
-        ),
-        Parameter(
-            "near",
-            unit="1",
-            low=-5.0,
-            high=5.0,
-            start=0.5,
-            vanishes_at=0.0,
-            sentence="Natural logarithm of the factor on surfaces nearer than `near_range`.",
-        ),
-        Parameter(
-            "near_range",
-            unit="m",
-            low=0.05,
-            high=10.0,
-            start=0.6,
-            tries=(0.45, 0.9),
-            sentence="Range that tells near surfaces from far ones.",
-        ),
-        Parameter(
-            "spot",
-            unit="1",
-            low=-5.0,
-            high=5.0,
-            start=0.5,
-            vanishes_at=0.0,
-            sentence="Natural logarithm of the factor at the middle of a spot that is fixed in the field of view.",
-        ),
+        Parameter("spot", "1", -5.0, 5.0, 0.5, "Logarithm of the factor amid a spot fixed in the field of view.", 0.0),
         # Tries are the quarters of such a sensor's field of view.
-        Parameter(
-            "spot_x",
-            unit="1",
-            low=-3.0,
-            high=3.0,
-            start=0.1,
-            tries=(-0.2, 0.2),
-            sentence="Tangent x/z of the spot's middle.",
-        ),
-        Parameter(
-            "spot_y",
-            unit="1",
-            low=-3.0,
-            high=3.0,
-            start=0.1,
-            tries=(-0.15, 0.15),
-            sentence="Tangent y/z of the spot's middle.",
-        ),
-        Parameter(
-            "spot_size",
-            unit="1",
-            low=0.01,
-            high=3.0,
-            start=0.2,
-            tries=(0.15,),
-            sentence="Standard deviation of the spot, as a tangent.",
-        ),
+        Parameter("spot_x", "1", -3.0, 3.0, 0.1, "Tangent x/z of the spot's middle.", tries=(-0.2, 0.2)),
+        Parameter("spot_y", "1", -3.0, 3.0, 0.1, "Tangent y/z of the spot's middle.", tries=(-0.15, 0.15)),
+        Parameter("spot_size", "1", 0.01, 3.0, 0.2, "Standard deviation of the spot, as a tangent.", tries=(0.15,)),
+        Parameter("mark", "1", -5.0, 5.0, -0.3, "Logarithm of the factor on a mark that stays on its surface.", 0.0),
+        Parameter("mark_x", "m", -20.0, 20.0, 0.0, "How far to the right it is, of the camera when the session began."),
+        Parameter("mark_y", "m", -20.0, 20.0, 0.0, "How far below."),
+        Parameter("mark_z", "m", -20.0, 20.0, 1.0, "How far ahead."),
+        Parameter("mark_size", "m", 0.005, 5.0, 0.1, "Its radius."),
         *(
             Parameter(name, unit, -most, most, most / 200, f"Log-factor per {product} of the texture.", vanishes_at=0.0)
             for name, product in PRODUCTS.items()
@@ -196,7 +136,8 @@ class ReflectanceMap(Effect):
         ends = self.parameter("near_range").low, self.parameter("near_range").high
         near = self.parameter("near").start
         gap = [at for at in gaps(rendering.light, GAPS) if ends[0] < at < ends[1]]
-        return alone + [{"near": near, "near_range": at} for at in gap]
+        marks = [{"mark": self.parameter("mark").start} | at for at in likely_marks(excess, expected, rendering)]
+        return [*alone, *({"near": near, "near_range": at} for at in gap), *marks]
 
 
 effect = ReflectanceMap()

@@ -17,5 +17,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     time[lingers] += rng.uniform(0, values["duration"], int(lingers.sum()))
     waits = rng.random(len(photons)) < by_zone(world, values["share"])[photons.zone]
     longer = genpareto(values["heavy"], scale=values["tau"])
-    time[waits] += longer.rvs(int(waits.sum()), random_state=rng)
-    return replace(photons, time_s=time)
+    late_s = time.copy()
+    late_s[waits] += longer.rvs(int(waits.sum()), random_state=rng)
+    stay = ~waits | (rng.random(len(photons)) < values["added"])
+    late = replace(photons, time_s=late_s).only(waits)
+    return replace(photons, time_s=time).only(stay).and_also(late)

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
+from physics.single_photons.by_patch import patch_light
 from physics.single_photons.draw import delays, many
 from physics.single_photons.facing import facets, solid_angles
 from physics.single_photons.world import Photons, World
@@ -43,11 +44,12 @@ class Lit:
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """More photons, of six kinds."""
+    """More photons, of seven kinds."""
     for way in (_by_the_lens, _by_a_mirror, _by_walls_around):
         photons = photons.and_also(way(world, values, rng))
     lit = _lit(world)
-    for share, way in (("between", _between), ("sensor", _by_the_sensors_face), ("outside", _by_a_plane_outside)):
+    ways = {"between": _between, "sensor": _by_the_sensors_face, "outside": _by_a_plane_outside, "patch": _by_a_patch}
+    for share, way in ways.items():
         if values[share] > 0 and len(lit.pixel):
             photons = photons.and_also(way(lit, world, values, rng))
     return photons
@@ -154,6 +156,13 @@ def _by_a_plane_outside(lit: Lit, world: World, values: Values, rng: np.random.G
     nearness = np.minimum(gap / (EDGE * max(away, 1e-12)), 1) * min(away / (EDGE * distance), 1)
     light = np.where(before, np.clip(cosine, 0, None) * nearness / far**2, 0)
     zone, target = many((world.gain * lit.weights * values["outside"] * lit.albedo * light)[:, None], rng)
+    return _photons(world, zone, lit.pixel[target], (far + lit.range_m)[target], rng)
+
+
+def _by_a_patch(lit: Lit, world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Sensor, the patch, surface, sensor."""
+    light, far = patch_light(lit.point_m, lit.normal, lit.albedo, lit.sends, world, values)
+    zone, target = many((world.gain * lit.weights * light)[:, None], rng)
     return _photons(world, zone, lit.pixel[target], (far + lit.range_m)[target], rng)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
+from physics.single_photons.ahead import ahead_m
 from physics.single_photons.draw import by_zone, pulse_from_elsewhere, returned
 from physics.single_photons.world import Photons, World
 
@@ -13,7 +14,7 @@ from physics.single_photons.world import Photons, World
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """A far target's, in view or not; each came after a laser period that was longer or shorter by a jitter of its
     own."""
-    ahead = 0.0 if world.start_from_camera is None else world.start_from_camera[2, 3]
+    ahead = ahead_m(world)
     there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - values["still"] * ahead
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import expit
 
 from physics.effect import Values
+from physics.single_photons.ahead import ahead_m
 from physics.single_photons.surfaces import surface_numbers
 from physics.single_photons.world import World
 
@@ -26,7 +28,7 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     off = np.hypot(x / z - values["spot_x"], y / z - values["spot_y"]) / values["spot_size"]
     spot = np.exp(values["spot"] * np.exp(-0.5 * off**2))
     texture = np.exp(_of_view(values, x / z, y / z) + _of_space(values, world))
-    factor = power * dark * near * spot * texture * _of_surfaces(world, values)
+    factor = power * dark * near * spot * texture * _of_a_mark(values, world) * _of_surfaces(world, values)
     return replace(world, reflectance=np.where(shines, told * factor, world.reflectance))
 
 
@@ -35,12 +37,23 @@ def _of_space(values: Values, world: World) -> np.ndarray:
 
     Of where things are in the world that the first frame's camera was half a metre behind the origin of.
     """
-    points = np.where(np.isfinite(world.points), world.points, 0.0)
-    if world.start_from_camera is not None:
-        points = points @ world.start_from_camera[:3, :3].T + world.start_from_camera[:3, 3]
-    along = dict(zip("xyz", np.moveaxis(points - [0, 0, 0.5], -1, 0), strict=True))
+    along = dict(zip("xyz", np.moveaxis(_at_the_start(world) - [0, 0, 0.5], -1, 0), strict=True))
     spelled = {name: name.removeprefix("space_") for name in values if name.startswith("space_")}
     return sum(values[name] * np.prod([along[c] for c in text], axis=0) for name, text in spelled.items())
+
+
+def _at_the_start(world: World) -> np.ndarray:
+    """(H, W, 3) points where the first frame's camera has them."""
+    points = np.where(np.isfinite(world.points), world.points, 0.0)
+    if world.start_from_camera is None:
+        return points + np.array([0, 0, ahead_m(world)])
+    return points @ world.start_from_camera[:3, :3].T + world.start_from_camera[:3, 3]
+
+
+def _of_a_mark(values: Values, world: World) -> np.ndarray:
+    """A ball in space with a rim a tenth of its radius wide, on which the logarithm falls by half."""
+    away = np.linalg.norm(_at_the_start(world) - [values[f"mark_{axis}"] for axis in "xyz"], axis=-1)
+    return np.exp(values["mark"] * expit(10 * (1 - away / values["mark_size"])))
 
 
 def _of_view(values: Values, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -175,7 +175,10 @@ def test_black_and_unknown_stay_dark_and_the_rest_is_finite(contrast, step, spot
 
 
 def near_ranges(light):
-    return [start["near_range"] for start in effect.starts(None, None, SimpleNamespace(light=light)) if "near" in start]
+    where = SimpleNamespace(weights=np.ones((1, *light.range_m.shape[1:])))
+    rendering = SimpleNamespace(light=light, footprints=where, background=0.0)
+    even = np.ones((light.frames, 1, 1))
+    return [start["near_range"] for start in effect.starts(0 * even, even, rendering) if "near" in start]
 
 
 @given(st.floats(0.3, 0.7), st.floats(1.3, 1.9))

@@ -98,6 +98,8 @@ STRENGTHS = {
         {"share": 0.4, "tau": 5e-10, "heavy": 0.6},
         {"share": [0.4, 0, 0.2, 0.3], "tau": 9e-10, "heavy": -0.5},
         {"share": [0.5, 0, 0.1, 0.3], "tau": 4e-10},
+        {"share": [0.5, 0, 0.1, 0.3], "tau": 4e-10, "added": 1},
+        {"share": 0.4, "tau": 5e-10, "heavy": 0.6, "added": 0.4},
     ],
     "impulse_width": [
         {"broader": 0.5},
@@ -131,6 +133,8 @@ STRENGTHS = {
         {"around": 0.5, "around_distance": 0.4},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.5, "outside_azimuth": 70, "outside_tilt": 30},
+        {"patch": 0.2, "patch_x": 0.5, "patch_y": -0.2, "patch_z": 0.15},
+        {"patch": 0.05, "patch_x": -0.4, "patch_y": 0.3, "patch_z": 0.1, "patch_dimmed": 1},
     ],
     "non_lambertian": [
         {"lobe": 2, "exponent": 5},
@@ -163,6 +167,7 @@ STRENGTHS = {
         {"counts": 2e4, "apparent_range": 0.4, "jitter": 0},
         {"counts": 3e4, "apparent_range": 0.4, "speed": 4},
         {"counts": 3e4, "apparent_range": 0.5, "spread": 4e-10},
+        {"counts": 3e4, "apparent_range": 0.5, "still": 1.5},
         {"counts": 0, "folded": 0.8, "period": 3e-9, "smear": 2e-10},
         {"counts": 0, "through": 500, "depth": 1.1, "period": 3e-9, "tilt_x": 0.3, "tilt_y": -0.2, "at_x": 0.2},
     ],
@@ -191,6 +196,7 @@ STRENGTHS = {
         {"one": 0.5, "surface": 1, "surface_2": -0.9, "told_by": 2},
         {"slope_x": 0.8, "bow_xy": -1, "bend_xxy": 2, "bend_yyyy": -3},
         {"slope_x": 0.3, "space_x": 0.8, "space_zz": -1.5, "space_xy": 4},
+        {"mark": -1.5, "mark_x": 0.1, "mark_y": 0.05, "mark_z": 0.6, "mark_size": 0.25},
     ],
     "scattering_medium": [
         {"extinction": 0.5},

@@ -1,0 +1,79 @@
+"""A mark on a surface, ink, tape or a label: where it is in space, as the excess of counts tells."""
+
+from functools import lru_cache
+
+import numpy as np
+
+from physics.light import Light
+from physics.rendering import Rendering
+from physics.texture import places
+
+# Width of a mark's rim, as a part of its size.
+RIM = 0.1
+# About so many pixels of an image are looked at, at most so many places and these sizes, as parts of the median range.
+PIXELS, PLACES, SIZES = 1500, 60, (0.08, 0.2)
+
+
+def within(light: Light, x: float, y: float, z: float, size: float) -> np.ndarray:
+    """(F, H, W) 1 in a ball of radius `size` about a place in space, 0 outside, 1/2 on its rim.
+
+    x, y, z, size: metres, in the camera's frame when the session began.
+    """
+    square = sum((along - at) ** 2 for along, at in zip(_places(light), (x, y, z), strict=True))
+    return 1 / (1 + np.exp(np.clip((np.sqrt(square) / size - 1) / RIM, -60, 60)))
+
+
+# Kept for the lights that were asked for last, as a fit moves a mark many times.
+@lru_cache(maxsize=3)
+def _places(light: Light) -> list[np.ndarray]:
+    """See `places`."""
+    return places(light)
+
+
+def likely_marks(
+    excess: np.ndarray, expected: np.ndarray, rendering: Rendering, most: int = 2
+) -> list[dict[str, float]]:
+    """The places and sizes of marks that explain most of an excess by zone and frame, the best first.
+
+    excess, expected: (F, P, T) counts. By weighted least squares of what each zone receives in all, beside a gain of
+    the whole; at places spread over what was seen.
+    """
+    light = rendering.light
+    every = max(1, round(np.sqrt(np.prod(light.range_m.shape[1:]) / PIXELS)))
+    some = (..., slice(None, None, every), slice(None, None, every))
+    weights, strength = rendering.footprints.weights[some], np.nan_to_num(light.returns[0].strength[some])
+    points = np.stack([along[some] for along in _places(light)], axis=-1)
+    seen = strength > 0
+    if not seen.any():
+        return []
+    middle = float(np.median(np.nan_to_num(light.range_m[some])[seen]))
+    signal = np.maximum(expected - rendering.background, 0).sum(axis=-1)
+    noise = 1 / np.maximum(expected.sum(axis=-1), 1)
+    amiss = excess.sum(axis=-1)
+    amiss = amiss - signal * (amiss * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
+    found = []
+    for size in (part * middle for part in SIZES):
+        for place in spread(points[seen], size):
+            there = strength * (((points - place) ** 2).sum(axis=-1) < size**2)
+            ways = "fhw,fphw->fp" if weights.ndim == 4 else "fhw,phw->fp"
+            share = np.einsum(ways, there, weights, optimize=True)
+            share = share - signal * (share * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
+            told = (share**2 * noise).sum()
+            evidence = (share * amiss * noise).sum() ** 2 / told if told > 0 else 0.0
+            found.append(
+                (
+                    float(evidence),
+                    {f"mark_{a}": float(v) for a, v in zip("xyz", place, strict=True)} | {"mark_size": size},
+                )
+            )
+    return [place for _, place in sorted(found, key=lambda one: -one[0])[:most]]
+
+
+def spread(points: np.ndarray, apart: float) -> np.ndarray:
+    """(M, 3) of points (N, 3): the mean in each cell of a grid as wide as `apart`, of the PLACES fullest."""
+    cells, which, many = np.unique(
+        np.floor(points / apart).astype(int), axis=0, return_inverse=True, return_counts=True
+    )
+    which = which.ravel()
+    means = np.stack([np.bincount(which, points[:, axis], len(cells)) for axis in range(3)], axis=-1) / many[:, None]
+    return means[np.argsort(-many, kind="stable")[:PLACES]]
