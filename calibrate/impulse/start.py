@@ -1,6 +1,7 @@
 """Where the search for a response begins: all frames laid over one another, shifted to their nominal arrivals."""
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from physics.arrivals import Arrivals
 
@@ -8,22 +9,24 @@ from physics.arrivals import Arrivals
 FAINT = 2e-4
 NOISE_SIGMAS = 4.0
 MARGIN_BINS = 2.0
+# Light that arrives within so many bins, as a standard deviation, is one pulse; part of all that is hardly any.
+NARROW_BINS, FEW = 3.0, 0.05
 
 
 def stack(arrivals: Arrivals, counts: np.ndarray, alive: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bins after the nominal arrival (B,), every quarter; light per frame there (B,); its standard error.
 
     Pedestals (the median of each histogram) are taken off; losses by dead time are made good. counts, alive: (F, P, T).
+    Of zones and frames whose light all arrives at about one time, by its mean; where hardly any does, as two surfaces
+    fill each zone, of those most of whose light does, by that.
     """
-    lattice, bins = arrivals.lattice, arrivals.bins
-    light = arrivals.light
-    knots = (lattice.first_s + lattice.step_s * np.arange(lattice.size)) / (lattice.step_s * lattice.per_bin)
-    total = light.sum(axis=2)
-    nominal = light @ knots / np.maximum(total, np.finfo(float).tiny)
+    bins, total = arrivals.bins, arrivals.light.sum(axis=2)
+    nominal, alone = _nominal(arrivals)
     made_good = counts / np.maximum(alive, 0.02)
     pedestal = np.median(made_good, axis=2, keepdims=True)
     peak = (made_good - pedestal).max(axis=2)
     bright = (total > 0) & (peak > 0)
+    bright = bright & alone if (bright & alone).any() else bright
     place = np.arange(bins) + 0.5 - nominal[..., None]
     cell = np.round(place[bright] * 4).astype(int)
     low = int(cell.min())
@@ -35,6 +38,21 @@ def stack(arrivals: Arrivals, counts: np.ndarray, alive: np.ndarray) -> tuple[np
     noise = np.bincount(index, made_good[bright].ravel() / np.maximum(alive[bright].ravel(), 0.02), size)
     level = np.maximum(level, 1e-9)
     return (np.arange(size) + low) / 4, sums / level, np.sqrt(np.maximum(noise, seen)) / level
+
+
+def _nominal(arrivals: Arrivals) -> tuple[np.ndarray, np.ndarray]:
+    """(F, P) nominal arrival of light, bins, and whether it is about the only one."""
+    lattice, light = arrivals.lattice, arrivals.light
+    knots = (lattice.first_s + lattice.step_s * np.arange(lattice.size)) / (lattice.step_s * lattice.per_bin)
+    total = np.maximum(light.sum(axis=2), np.finfo(float).tiny)
+    mean = light @ knots / total
+    spread = np.sqrt(np.maximum(light @ knots**2 / total - mean**2, 0))
+    if (spread < NARROW_BINS).mean() > FEW:
+        return mean, spread < NARROW_BINS
+    wide = int(NARROW_BINS * lattice.per_bin)
+    around = uniform_filter1d(light, wide, axis=2, mode="constant") * wide
+    top = around.argmax(axis=2)
+    return knots[top], around.max(axis=2) > total / 2
 
 
 def reach(places: np.ndarray, values: np.ndarray, sigma: np.ndarray, bins: int) -> tuple[float, float, float]:

@@ -146,7 +146,8 @@ class Interference(Effect):
         clock = _longer(rendering.clock, values["longer"])
         shares, recorded = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s), rendering.recorded
         often = np.ones(len(shares)) if recorded is None else self._placed(values, rendering).chances.sum(axis=0)
-        places = rng.choice(len(shares), size=len(rendering.expected), p=often / often.sum())
+        # Where no frame says that there is one at all it is anywhere.
+        places = rng.choice(len(shares), len(rendering.expected), p=often / often.sum() if often.any() else None)
         there = shares[places] * (rng.random(len(places)) < values["present"])[:, None]
         return rendering.expected + np.atleast_1d(values["roaming"])[:, None] * there[:, None]
 

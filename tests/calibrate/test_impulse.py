@@ -148,6 +148,20 @@ def test_delays_between_zones_are_told_and_time_zero_is_taken_as_given():
     np.testing.assert_allclose(moved.delay_s, found.delay_s, atol=0.01 * WIDTH)
 
 
+def test_two_surfaces_in_every_zone_that_stand_still_tell_it_too():
+    """Half of each zone sees a near surface, half a far one, in other parts: no pulse is where the mean of light is."""
+    rng, frames = np.random.default_rng(11), 12
+    near = np.arange(12)[:, None] + np.arange(12) < 11
+    depth = np.broadcast_to(np.where(near, 0.14, 0.42), (frames, 12, 12))
+    intrinsics = np.array([[60.0, 0, 5.5], [0, 60, 5.5], [0, 0, 1]])
+    light = direct_light(depth, intrinsics)
+    sweep = Sweep(light, footprints(maps(), (12, 12)), np.zeros((frames, 4, 72)), WIDTH, ZERO, None)
+    found = fit_impulse(counted(sweep, photons(sweep, TWO_PIECE, 4000, rng)))
+    assert np.abs(found.delay_s).max() < 5e-12
+    mean = float(TWO_PIECE.time_s @ TWO_PIECE.probability)
+    assert found.time_s @ found.probability == pytest.approx(mean, abs=8e-12)
+
+
 def test_the_bin_width_is_told_by_distances():
     sweep = swept(step_bins=0.9, frames=30, bins=64)
     counts = photons(sweep, TWO_PIECE, 1e4, np.random.default_rng(5), width_s=1.02 * WIDTH)

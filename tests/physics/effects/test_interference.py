@@ -119,6 +119,18 @@ def test_at_random_it_is_in_a_share_of_the_frames(small):
     np.testing.assert_array_equal(drawn[:, 0], drawn[:, 3])
 
 
+def test_at_random_it_is_anywhere_where_no_frame_shows_it(small, monkeypatch):
+    """Evidence against it may be so strong that no place has any chance at all."""
+    values = effect.at(roaming=50.0, present=1.0).values
+    mean = np.full((3, 4, small.clock.bins), 2.0)
+    rendering = Rendering(small.light, small.footprints, small.clock, 1e3, background=2.0, expected=mean, recorded=mean)
+    nowhere = effect._placed(values, rendering)
+    monkeypatch.setattr(type(effect), "_placed", lambda *_: replace(nowhere, chances=0 * nowhere.chances))
+    drawn = effect.at_random(values, rendering, np.random.default_rng(2))
+    assert (drawn >= mean).all()
+    assert drawn.sum() > mean.sum()
+
+
 def test_at_random_it_is_where_it_was_seen(small):
     """In frames that show it in the upper half of the window it is drawn there."""
     empty = np.zeros((3, 4, 40))
