@@ -113,7 +113,7 @@ class ImpulseTail(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """One that is added: where zones differ in it, as else that is a matter of the gain."""
         each = np.full(expected.shape[1], self.parameter("share").start)
-        return [{"share": each, "tau": self.parameter("tau").start, "added": 1.0}]
+        return [{"share": each, "tau": tau, "added": 1.0} for tau in self.parameter("tau").tries]
 
 
 def _by_zone(values: Values) -> bool:
