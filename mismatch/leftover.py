@@ -16,13 +16,14 @@ from mismatch.simulation import Simulation
 from mismatch.tables import tables
 from mismatch.windows import worst_window
 
-# Where counts are trusted less, by how much is a guess that is right to a factor of two in variance.
+# Where counts are trusted less, by how much is a guess that is right to a factor of two in variance; and a response
+# that was estimated from half of the frames is off by as much as the other half scatters.
 GUESSED = float(norm.sf(np.sqrt(2) * norm.isf(SIGNIFICANT)))
 
 
 def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     """Places of what a fit leaves beyond noise; none where noise explains it."""
-    least = SIGNIFICANT if simulation.trust is None else GUESSED
+    least = GUESSED if simulation.guessed or simulation.trust is not None else SIGNIFICANT
     looked = tables(simulation, fitted)
     mean = FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
     besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, np.maximum(mean, LEAST))]

@@ -7,6 +7,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from mismatch.estimated_sensor import estimated_sensor, likeliest_pedestal
+from mismatch.likelier_response import likelier_clock
 from mismatch.simulation import Simulation
 from physics.footprint import Footprints, footprints
 from physics.light import Light, direct_light
@@ -99,10 +100,15 @@ def _simulation_of(
     simulation = Simulation(
         counts[chosen].astype(float), light, _footprints(recording, maps, stride), sensor.clock,
         np.asarray(sensor.background_counts, float), np.arange(len(chosen)), sensor.effects, dead=dead,
+        guessed=estimated,
     )  # fmt: skip
     if estimated and recording.background_counts is None:
         simulation = replace(simulation, background=likeliest_pedestal(simulation))
         sensor = replace(sensor, background_counts=simulation.background)
+    if estimated:
+        clock = likelier_clock(simulation)
+        simulation = replace(simulation, clock=clock)
+        sensor = replace(sensor, pulse=clock.pulse, time_zero_s=clock.time_zero_s)
     return simulation, sensor, tuple(notes)
 
 

@@ -35,7 +35,8 @@ class Simulation:
     recording they are of, None where they are all. dead: (P,) zones that count nothing and are not judged, None where
     all are alive. trust: (F, P, T) above 0 to 1, None where all counts are trusted: one that scatters φ times as much
     as photons do, and what is expected of it, are taken 1/φ times, so that both are as if they were photons'
-    (Wedderburn 1974, Biometrika 61, 439). work: what was asked of it and of its parts, together.
+    (Wedderburn 1974, Biometrika 61, 439). guessed: whether its response was estimated from the frames that choose, so
+    that what it is off by is as large as the noise of as many frames. work: what was asked of it and of its parts.
     """
 
     counts: np.ndarray
@@ -48,6 +49,7 @@ class Simulation:
     whole: "Simulation | None" = None
     dead: np.ndarray | None = None
     trust: np.ndarray | None = None
+    guessed: bool = False
     work: Work = field(default_factory=Work)
 
     @cached_property

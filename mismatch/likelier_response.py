@@ -1,0 +1,125 @@
+"""An estimated response made likelier under the nominal model, of which it is to be a part."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from calibrate.impulse.cells import in_steps
+from mismatch.blocks import halves
+from mismatch.poisson import LEAST
+from mismatch.simulation import Simulation
+from physics.arrivals import arrivals
+from physics.clock import NOTHING, Clock
+from physics.pulse import ImpulseResponse
+
+# Bins before and after an estimated response in which there may be more of it; turns in which it is told how much, and
+# standard deviations from which on it is believed.
+BEFORE, AFTER, TURNS, SURE = 12, 64, 3, 2.0
+# Rounds of so many steps each; after each the zones' delays are told anew, none by more than so many bins.
+ROUNDS, STEPS, FARTHEST_BINS = 6, 30, 0.3
+
+
+def likelier_clock(simulation: Simulation) -> Clock:
+    """The clock of a simulation with the response and delays of zones likeliest of its frames that choose.
+
+    As they were estimated, gain and lateness of each zone and frame were free, the response was smooth, and ended where
+    frames laid over one another did not show it; here all counts share one gain, and what comes earlier and later is
+    sought. Then steps of the response are parts of a sum, of which each step of an iteration gives each its part of
+    every count (Richardson 1972, J. Opt. Soc. Am. 62, 55; Lucy 1974, Astron. J. 79, 745); what counts do not tell apart
+    stays as smooth as it was. Delays have the mean 0: what all share is the response's.
+    """
+    part = simulation.of(halves(len(simulation.counts))[0])
+    background = np.asarray(simulation.background, float)
+    alive = np.flatnonzero(part.counts.any(axis=(0, 2)))
+    clock = _longer(part.clock)
+    for turn in range(ROUNDS):
+        cells = _Cells(part, clock, alive, background)
+        response = cells.with_ends() if turn == 0 else cells.response * cells.gain
+        for _ in range(STEPS):
+            response = cells.stepped(response)
+        delay = np.zeros(part.counts.shape[1])
+        farthest = FARTHEST_BINS * cells.per_bin
+        delay[alive] = np.clip([cells.late(i, response) for i in range(len(alive))], -farthest, farthest)
+        delay[alive] -= delay[alive].mean()
+        held = np.flatnonzero(response > 0)
+        there = slice(held[0], held[-1] + 1)
+        pulse = ImpulseResponse(cells.time_s[there], response[there] / response.sum())
+        clock = replace(clock, pulse=pulse, time_zero_s=clock.time_zero_s + delay * cells.step_s)
+    return clock
+
+
+def _longer(clock: Clock) -> Clock:
+    """With a response that is next to nothing for some bins before and after."""
+    per_bin, pulse = clock.lattice.per_bin, clock.pulse
+    ends = (BEFORE * per_bin, AFTER * per_bin)
+    probability = np.pad(pulse.probability, ends, constant_values=1e-12)
+    first = pulse.time_s[0] - ends[0] * pulse.step_s
+    return replace(clock, pulse=ImpulseResponse(first + pulse.step_s * np.arange(len(probability)), probability))
+
+
+class _Cells:
+    """Counts of zones beside the light that each step of the response would put there."""
+
+    def __init__(self, part: Simulation, clock: Clock, alive: np.ndarray, background: np.ndarray) -> None:
+        light = arrivals(part.light, part.footprints, clock)
+        self.per_bin, self.step_s = light.lattice.per_bin, light.lattice.step_s
+        self.response = np.diff(light.lattice.cumulative)
+        # The lattice leaves out what is nothing at the beginning and at the end.
+        first = int(np.searchsorted(clock.pulse.edge_cumulative, NOTHING, side="right")) - 1
+        self.time_s = clock.pulse.edges[first] + self.step_s * (np.arange(len(self.response)) + 0.5)
+        self.zones = []
+        for zone in alive:
+            design = in_steps(light, zone).reshape(-1, len(self.response))
+            reached = design.any(axis=1)
+            seen = part.counts[:, zone].ravel()[reached]
+            self.zones.append((design[reached].astype(np.float32), seen, float(background[zone])))
+
+    @property
+    def gain(self) -> float:
+        """Counts beyond the background over light."""
+        light = sum(float((design @ self.response).sum()) for design, _, _ in self.zones)
+        return max(sum(float(seen.sum()) - level * len(seen) for _, seen, level in self.zones), 1.0) / max(light, LEAST)
+
+    def with_ends(self) -> np.ndarray:
+        """(N,) the response with what comes before and after it, even within each bin, where counts are sure of it.
+
+        Least squares with weights of the counts expected, nothing below 0 (Lawson and Hanson 1974).
+        """
+        first, last = BEFORE * self.per_bin, len(self.response) - AFTER * self.per_bin
+        ways = np.zeros((len(self.response), 1 + BEFORE + AFTER))
+        ways[first:last, 0] = self.response[first:last]
+        for k in range(BEFORE + AFTER):
+            start = k * self.per_bin if k < BEFORE else last + (k - BEFORE) * self.per_bin
+            ways[start : start + self.per_bin, 1 + k] = 1.0
+        columns = [(design @ ways, seen, level) for design, seen, level in self.zones]
+        much = np.zeros(ways.shape[1])
+        much[0] = self.gain
+        for _ in range(TURNS):
+            normal, aim = np.zeros((len(much), len(much))), np.zeros(len(much))
+            for column, seen, level in columns:
+                weight = 1 / np.maximum(column @ much + level, 0.1)
+                normal += column.T @ (weight[:, None] * column)
+                aim += column.T @ (weight * (seen - level))
+            normal += 1e-12 * np.trace(normal) * np.eye(len(much))
+            root = np.linalg.cholesky(normal)
+            much = nnls(root.T, np.linalg.solve(root, aim))[0]
+        sigma = np.sqrt(np.diag(np.linalg.inv(normal)))
+        sure = much > SURE * sigma
+        sure[0] = True
+        return ways @ np.where(sure, much, 0)
+
+    def stepped(self, response: np.ndarray) -> np.ndarray:
+        """Each step times the mean ratio, over the counts it is a part of, of recorded to expected."""
+        ratio, weight = np.zeros(len(response)), np.zeros(len(response))
+        for design, seen, level in self.zones:
+            ratio += (seen / np.maximum(design @ response + level, LEAST)) @ design
+            weight += design.sum(axis=0)
+        return response * np.where(weight > 0, ratio / np.where(weight > 0, weight, 1), 1)
+
+    def late(self, zone: int, response: np.ndarray) -> float:
+        """Steps by which a zone is late: a scoring step of its likelihood."""
+        design, seen, level = self.zones[zone]
+        expected = np.maximum(design @ response + level, LEAST)
+        later = design @ np.gradient(-response)
+        return float((later * (seen / expected - 1)).sum() / max((later**2 / expected).sum(), LEAST))
