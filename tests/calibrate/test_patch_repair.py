@@ -16,13 +16,24 @@ def places(rng, scatter=0.2):
     return (MODEL + drift)[:, None] + scatter * rng.standard_normal((len(MODEL), 2, 2))
 
 
+def apart(rng, many, most=3):
+    """So many cells of the plan, of which no cell has more than some within two of it."""
+    near = np.abs(PLAN.cells[:, None] - PLAN.cells[None]).max(axis=-1) <= 2
+    chosen = []
+    for cell in rng.permutation(len(PLAN.cells)):
+        if len(chosen) < many and near[:, [*chosen, cell]].sum(axis=1).max() <= most:
+            chosen.append(int(cell))
+    return np.array(chosen)
+
+
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.floats(5, 200), st.floats(0, 6.28))
+@given(st.integers(0, 2**32 - 1), st.floats(6, 200), st.floats(0, 6.28))
 def test_only_what_departs_from_its_neighbours_is_doubted(seed, away, heading):
     rng = np.random.default_rng(seed)
     at = places(rng)
-    wrong = rng.choice(len(at), 8, replace=False)
-    # Neighbours may be wrong together, but not all of them.
+    # Neighbours may be wrong together, but not so many that with those unseen they outvote the rest (about one of 300
+    # draws of eight places anywhere). From 6 px on: the limit is 3, and neighbours are off by some themselves.
+    wrong = apart(rng, 8)
     at[wrong, 0] += away * np.array([np.cos(heading), np.sin(heading)])
     at[rng.choice(len(at), 20), 1] = np.nan
     departs = expect(PLAN, MODEL, at).departs(at)
