@@ -6,9 +6,10 @@ from itertools import product
 import numpy as np
 
 from physics.light import Light
-from physics.normals import vector_areas
+from physics.outside_plane import facing
 from physics.rendering import Rendering
 from physics.walls_around import likely_distances
+from physics.workers import in_parallel
 
 # Half the size of a patch, as a part of its distance from the sensor: nothing is nearer to all of it than that.
 HALF_SIZE = 0.1
@@ -29,7 +30,9 @@ def by_way_of_patch(
     """
     half_path, strength = np.zeros_like(light.range_m), np.zeros_like(light.range_m)
     unit = light.rays / np.linalg.norm(light.rays, axis=-1)[..., None]
-    for i in range(light.frames):
+    areas = None if dimmed else facing(light)
+
+    def one(i: int) -> None:
         q = np.array([x, y, z])
         if stands and light.motion is not None:
             moved = light.motion.start_from_camera[light.motion.nearest(light.time_s[i : i + 1])[0]]
@@ -38,13 +41,16 @@ def by_way_of_patch(
         there = (ranges > 0) & np.isfinite(ranges) & (light.returns[0].strength[i] > 0)
         way = q - unit * np.where(there, ranges, 0)[..., None]
         apart = np.linalg.norm(way, axis=-1)
-        area = vector_areas(light, i)
-        size = np.linalg.norm(area, axis=-1)
-        facing = np.maximum((way * area).sum(axis=-1), 0) / np.maximum(size * apart, 1e-12)
-        sends = light.returns[0].strength[i] if dimmed else light.reflectance[i] * facing
+        sends = light.returns[0].strength[i]
+        if not dimmed:
+            size = np.linalg.norm(areas[i], axis=-1)
+            cosine = np.maximum((way * areas[i]).sum(axis=-1), 0) / np.maximum(size * apart, 1e-12)
+            sends = light.reflectance[i] * cosine
         lit = sends / (apart**2 + (HALF_SIZE * np.linalg.norm(q)) ** 2)
         strength[i] = np.where(there & np.isfinite(lit), lit, 0)
         half_path[i] = np.where(there, (ranges + apart + np.linalg.norm(q)) / 2, 0)
+
+    in_parallel(one, range(light.frames))
     return half_path, strength
 
 

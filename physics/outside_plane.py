@@ -27,7 +27,7 @@ def by_way_of_plane(
     azimuth, tilt = np.radians([azimuth_deg, tilt_deg])
     normal = np.array([np.cos(azimuth) * np.cos(tilt), np.sin(azimuth) * np.cos(tilt), np.sin(tilt)])
     half_path, strength = np.zeros_like(light.range_m), np.zeros_like(light.range_m)
-    lengths, areas = np.linalg.norm(light.rays, axis=-1), _facing(light)
+    lengths, areas = np.linalg.norm(light.rays, axis=-1), facing(light)
 
     def one(i: int) -> None:
         axis, away = normal, distance_m
@@ -44,7 +44,7 @@ def by_way_of_plane(
 
 
 @lru_cache(maxsize=1)
-def _facing(light: Light) -> np.ndarray:
+def facing(light: Light) -> np.ndarray:
     """(F, H, W, 3) vector areas of all frames; to read only."""
     return np.stack([vector_areas(light, i) for i in range(light.frames)])
 
