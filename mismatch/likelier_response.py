@@ -7,6 +7,7 @@ from scipy.optimize import nnls
 
 from calibrate.impulse.cells import in_steps
 from mismatch.blocks import halves
+from mismatch.fit import fit_nominal
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 from physics.arrivals import arrivals
@@ -16,6 +17,8 @@ from physics.pulse import ImpulseResponse
 # Bins before and after an estimated response in which there may be more of it; turns in which it is told how much, and
 # standard deviations from which on it is believed.
 BEFORE, AFTER, TURNS, SURE = 12, 64, 3, 2.0
+# Deviance per cell beyond which the nominal model is no guide to the response.
+FAR = 100.0
 # Rounds of so many steps each; after each the zones' delays are told anew, none by more than so many bins.
 ROUNDS, STEPS, FARTHEST_BINS = 6, 30, 0.3
 
@@ -27,9 +30,12 @@ def likelier_clock(simulation: Simulation) -> Clock:
     frames laid over one another did not show it; here all counts share one gain, and what comes earlier and later is
     sought. Then steps of the response are parts of a sum, of which each step of an iteration gives each its part of
     every count (Richardson 1972, J. Opt. Soc. Am. 62, 55; Lucy 1974, Astron. J. 79, 745); what counts do not tell apart
-    stays as smooth as it was. Delays have the mean 0: what all share is the response's.
+    stays as smooth as it was. Delays have the mean 0: what all share is the response's. Where the nominal model is far
+    off, as beside real scenes, it would take up what is amiss, and the clock stays.
     """
     part = simulation.of(halves(len(simulation.counts))[0])
+    if fit_nominal(part).deviance > FAR * part.counts.size:
+        return simulation.clock
     background = np.asarray(simulation.background, float)
     alive = np.flatnonzero(part.counts.any(axis=(0, 2)))
     clock = _longer(part.clock)

@@ -62,3 +62,7 @@ def test_a_dead_zone_says_nothing(counted):
     found = likelier_clock(replace(counted, counts=counts))
     assert np.isfinite(found.pulse.probability).all()
     assert found.time_zero_s[1] == counted.clock.time_zero_s[1]
+
+
+def test_where_the_model_is_far_off_the_clock_stays(counted):
+    assert likelier_clock(replace(counted, counts=np.roll(1000 * counted.counts, 9, axis=2))) is counted.clock
