@@ -12,9 +12,9 @@ from physics.owning import Unseen
 # Counts may be off by so many times what an effect owns up to, in the mean square, and by as little as this; and by as
 # much by these powers of it, as what it guesses to be large is so by chance in part.
 MOST_TIMES, LEAST_TIMES = 4.0, 0.02
-# What a frame is trusted that was taken when nobody saw the scene.
-BLIND = 1e-6
 POWERS = (1.0, 0.7, 0.5, 0.35)
+# How far a frame is trusted that was taken when nobody saw the scene.
+BLIND = 1e-6
 
 
 def owns_up(fitted: Fit) -> bool:

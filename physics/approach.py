@@ -31,14 +31,7 @@ def approached_m(light: Light) -> np.ndarray:
         with np.errstate(invalid="ignore", divide="ignore"):
             nearer = area[..., 2] / (area * light.rays).sum(axis=-1)
             there = (before > 0) & (after > 0) & (nearer > ALONG)
-        steps.append(_weighted_median((before - after)[there] / nearer[there], nearer[there]))
+        ways = (before - after)[there] / nearer[there]
+        middle = {"weights": nearer[there], "method": "inverted_cdf"}
+        steps.append(float(np.quantile(ways, 0.5, **middle)) if len(ways) else 0.0)
     return np.cumsum(steps)
-
-
-def _weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
-    """The value at which half of the weights are of smaller ones; 0 where there are none."""
-    if not len(values):
-        return 0.0
-    order = np.argsort(values)
-    reached = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(reached, reached[-1] / 2)]])

@@ -99,6 +99,7 @@ class RangeWalk(Effect):
             counts = np.clip(np.quantile(signal, (0.02, 0.5, 0.98)), reference.low, reference.high)
             usual = float(np.clip(counts[1], level.low, level.high))
             ways = [{"reference": float(one), "level": at} for one in counts for at in (usual, level.low)]
+            # What is as it starts is not said, so that it is no number of the form's.
             found += ways if fullest == 0 else [way | {"fullest": fullest} for way in ways]
         return found
 

@@ -31,11 +31,11 @@ class ReflectanceMap(Effect):
     from one place, or in space, as that of walls one moves along.
     Contrast stands for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and
     bright in the near infrared (or the reverse), the near step for an object before a wall, the spot for what the field
-    of view itself carries, the mark for ink or tape on a surface, which stays there (`marks`). Nothing is cut
-    at 1: reflectance is known up to the gain, and a
-    surface that sends light back to where it came from outshines a white matt one. Surfaces are told apart and followed
-    through the frames by their geometry (`segments`), or told by the reflectance assumed of them (`materials`), and
-    numbered by their pixels in all frames, the largest first: an object of another material, or each of several.
+    of view itself carries, the mark for ink or tape on a surface, which stays there (`marks`). Nothing is cut at 1:
+    reflectance is known up to the gain, and a surface that sends light back to where it came from outshines a white
+    matt one. Surfaces are told apart and followed through the frames by their geometry (`segments`), or told by the
+    reflectance assumed of them (`materials`), and numbered by their pixels in all frames, the largest first: an object
+    of another material, or each of several.
     Where no reflectance is assumed it is 1 everywhere: then contrast is a gain, the step nothing unless `level` is near
     1, and the rest the same as ever.
     """

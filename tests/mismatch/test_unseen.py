@@ -82,3 +82,14 @@ def test_a_count_trusted_by_half_tells_half(drawn):
     np.testing.assert_allclose(half.trusting(None).counts, simulation.counts)
     np.testing.assert_allclose(half.of(np.array([1, 5])).expected(80.0), simulation.expected(80.0)[[1, 5]] / 2)
     np.testing.assert_allclose(half.dark, np.broadcast_to(simulation.dark / 2, half.dark.shape))
+
+
+def test_a_frame_that_was_taken_when_nobody_saw_the_scene_tells_nothing(drawn):
+    """A LiDAR that is a whole frame behind saw before the first image what no image shows."""
+    simulation = drawn(4)
+    step_s = float(np.diff(simulation.light.time_s)[0])
+    for lag, blind in ((-step_s, [0]), (step_s, [len(simulation.counts) - 1]), (-0.1 * step_s, [])):
+        start = np.append(fit_nominal(simulation).x, LAG.beginning({"lag": lag}).at_start())
+        trust = trust_in(simulation, fit(simulation, (LAG,), start, most_steps=0))
+        dark = [] if trust is None else np.flatnonzero((trust == unseen.BLIND).all(axis=(1, 2))).tolist()
+        assert dark == blind
