@@ -1,154 +1,154 @@
-"""What the camera sees between its frames where the scene stands still and it is known how the camera moved."""
+"""What the camera sees between its frames where it is known how it moves, and how things before it do."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
-from numba import njit
 
+from physics.bodies import Body, bodies
 from physics.light import Light, Return
+from physics.light_between import JUMP, neighbours
+from physics.seen_from import filled, gather, sources
 from physics.workers import in_parallel
 
-# Surfaces are seen where rays to them meet: guesses of how far away that is are bettered so many times.
-BETTERED = 3
-# What is not known is taken to be so far away that it turns with the camera alone. Nothing comes nearer than this.
-FAR_M, LEAST_M = 1e3, 1e-3
-# Neighbours whose ranges differ by less than this part of themselves are of one surface.
-ONE_SURFACE = 0.02
+# What is not known is taken to be so far away that it turns with the camera alone.
+FAR_M = 1e3
 
 
-def carried(light: Light, lower: np.ndarray, upper: np.ndarray, part: np.ndarray, time_s: np.ndarray) -> Light:
-    """Light at times (F,), seconds, of frames `lower` and `upper` (F,) as they are seen from where the camera is then.
+def carriers(light: Light) -> tuple[Body, ...]:
+    """What moves, as one or each thing by itself, by what better tells the frames of a session from those around them.
 
-    part: (F,) how much of the second there is, 0 to 1. A pixel sees the four pixels of either frame around the point
-    that it looks at, each by its share of the way between their centres: of one surface their mean, otherwise a return
-    each. Strength goes with 1/r²; by how much surfaces turn towards the sensor is left as it was. What no frame saw is
-    missing. Range, reflectance and cosine, by which other effects go, are those of the nearer frame's nearest pixel.
+    What was worked out for a scene is kept with it.
     """
-    moved = light.motion.at(time_s)
-    there = [np.linalg.inv(moved) @ light.motion.at(light.time_s[of]) for of in (lower, upper)]
-    back = [np.linalg.inv(one) for one in there]
-    shape, ways = light.range_m.shape, len(light.returns)
-    found = np.ones((ways, 2, 4, 2, *shape), np.float32)  # [way, frame, neighbour, range and strength, ...]
-    found[:, :, :, 1] = 0
-    nearest = np.empty((2, *shape), np.int32)
+    if light.part_of is not None:
+        every, frames = light.part_of
+        return tuple(replace(body, there=body.there[frames]) for body in carriers(every))
+    kept = light.kept.get(carriers.__qualname__)
+    if kept is None or kept[0] is not light.range_m:
+        kept = light.range_m, _carriers(light)
+        light.kept[carriers.__qualname__] = kept
+    return kept[1]
+
+
+def _carriers(light: Light) -> tuple[Body, ...]:
+    """See above."""
+    each = bodies(light)
+    if len(each) == 1:
+        return each
+    times = np.asarray(light.time_s, float)
+    together = (replace(each[0], there=np.ones(light.range_m.shape, bool)),)
+
+    def off(things: tuple[Body, ...]) -> float:
+        guess = carried(light, things, *neighbours(times), times).range_m
+        known = (light.range_m > 0) & (guess > 0)
+        ratio = np.log(np.where(known, guess, 1) / np.where(known, light.range_m, 1))
+        return float((light.returns[0].strength * np.minimum(np.abs(ratio), JUMP))[known].sum())
+
+    return min((together, each), key=off)
+
+
+def carried(
+    light: Light, things: tuple[Body, ...], lower: np.ndarray, upper: np.ndarray, part: np.ndarray, time_s: np.ndarray
+) -> Light:
+    """Light at times (F,), seconds, of frames `lower` and `upper` (F,) as things are seen from the camera by then.
+
+    things: what is seen, each with its motion. part: (F,) how much of the second frame there is, 0 to 1. A pixel sees
+    the four pixels of either frame around the point that it looks at, each by its share of the way between their
+    centres: of one surface their mean, otherwise a return each. Strength goes with 1/r²; by how much surfaces turn
+    towards the sensor is left as it was. What is nearer hides what is behind it. What no frame saw is missing. Range,
+    reflectance and cosine, by which other effects go, are those of the nearer frame's nearest pixel.
+    """
     weights = np.clip(np.stack([1 - part, part]), 0, 1)
-
-    def one(i: int) -> None:
-        for side, of in enumerate((lower, upper)):
-            if weights[side, i] == 0 and weights[1 - side, i] != 0:
-                nearest[side, i] = -1
-                continue
-            at = of[i]
-            where, left = _sources(light.range_m[at], light.rays, light.intrinsics, there[side][i], back[side][i])
-            nearest[side, i] = where[..., 0]
-            for way, sent in enumerate(light.returns):
-                _gather(
-                    light.range_m[at], sent.range_m[at], sent.strength[at] * np.float32(weights[side, i]),
-                    light.rays, there[side][i], where, left, found[way, side, :, :, i],
-                )  # fmt: skip
-
-    in_parallel(one, range(len(time_s)))
-    returns = [Return(*pair) for pair in found.reshape(-1, 2, *shape) if pair[1].any()]
-    side = np.where(weights[1] > weights[0], 1, 0)
-    frame, pixel = np.where(side == 1, upper, lower), nearest[side, np.arange(len(side))].reshape(shape[0], -1)
+    seen = [_Seen.of(light, thing, (lower, upper), weights, time_s, k == 0) for k, thing in enumerate(things)]
+    left = [np.ones(light.range_m.shape, np.float32) for _ in things]
+    for mine, its in permutations(range(len(things)), 2):
+        left[mine] *= np.where(seen[its].range_m < seen[mine].range_m, 1 - seen[its].covers, 1)
+    returns = [
+        Return(way[0], way[1] * clear)
+        for one, clear in zip(seen, left, strict=True)
+        for way in one.found.reshape(-1, 2, *light.range_m.shape)
+        if way[1].any()
+    ]
+    most = np.argmax([one.covers * clear for one, clear in zip(seen, left, strict=True)], axis=0)[None]
+    pixel = np.take_along_axis(np.stack([one.pixel for one in seen]), most, axis=0)[0]
+    frame = np.where(weights[1] > weights[0], upper, lower)
 
     def picked(values: np.ndarray) -> np.ndarray:
-        return np.take_along_axis(values[frame].reshape(shape[0], -1), pixel, axis=1).reshape(shape)
+        return np.take_along_axis(values[frame].reshape(len(frame), -1), pixel.reshape(len(frame), -1), axis=1).reshape(
+            values.shape
+        )
 
-    here = found[0, side, 0, :, np.arange(len(side))]
-    ranges = np.where(here[:, 1] > 0, here[:, 0], picked(light.range_m))
+    ranges = np.take_along_axis(np.stack([one.range_m for one in seen]), most, axis=0)[0]
+    ranges = np.where(np.isfinite(ranges), ranges, picked(light.range_m))
     albedo, cosine = picked(light.reflectance), picked(light.cosine)
     missing = np.count_nonzero(~(ranges > 0) | np.isnan(albedo) | np.isnan(cosine), axis=(1, 2))
+    shape = light.range_m.shape
     empty = Return(np.ones(shape, np.float32), np.zeros(shape, np.float32))
     return replace(
         light, range_m=ranges, reflectance=albedo, cosine=cosine, returns=tuple(returns) or (empty,), missing=missing
     )
 
 
-def both(one: Light, other: Light, part: float) -> Light:
-    """Light of which the part `part` is other light; what effects go by is that of most of it."""
-    returns = [Return(way.range_m, way.strength * np.float32(1 - part)) for way in one.returns]
-    returns += [Return(way.range_m, way.strength * np.float32(part)) for way in other.returns]
-    return replace(other if part > 0.5 else one, returns=tuple(returns))
-
-
-@njit(nogil=True, cache=True)
-def _moved(there, x, y, z):
-    """A point (3,) as another camera sees it."""
-    return (
-        there[0, 0] * x + there[0, 1] * y + there[0, 2] * z + there[0, 3],
-        there[1, 0] * x + there[1, 1] * y + there[1, 2] * z + there[1, 3],
-        there[2, 0] * x + there[2, 1] * y + there[2, 2] * z + there[2, 3],
-    )
-
-
-@njit(nogil=True, cache=True)
-def _sources(ranges, rays, intrinsics, there, back):
-    """(H, W, 4) pixels of a frame around the point that each pixel of another camera sees, and (H, W, 4) shares.
-
-    there: (4, 4) that camera from the frame's. back: the other way. The nearest comes first. Beyond the border is the
-    border.
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """A thing as it is seen by then. found: (N, 2, 4, 2, F, H, W) range and strength of each way of light, frame and
+    neighbour. covers: (F, H, W) part of each pixel that it fills. range_m: (F, H, W) how far it is there, else
+    infinity. pixel: (F, H, W) which of the nearer frame's is nearest to what is seen.
     """
-    height, width = ranges.shape
-    where = np.empty((height, width, 4), np.int32)
-    left = np.empty((height, width, 4), np.float32)
-    for v in range(height):
-        for u in range(width):
-            ray = rays[v, u]
-            x, y, depth = float(u), float(v), FAR_M
-            for _ in range(BETTERED):
-                column = min(max(int(np.rint(x)), 0), width - 1)
-                row = min(max(int(np.rint(y)), 0), height - 1)
-                r = ranges[row, column]
-                if r > 0:
-                    one = rays[row, column]
-                    z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-                    depth = max(_moved(there, z * one[0], z * one[1], z * one[2])[2], LEAST_M)
-                at = _moved(back, depth * ray[0], depth * ray[1], depth * ray[2])
-                if at[2] > 0:
-                    x = intrinsics[0, 0] * at[0] / at[2] + intrinsics[0, 2]
-                    y = intrinsics[1, 1] * at[1] / at[2] + intrinsics[1, 2]
-            x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
-            column, row = min(int(x), max(width - 2, 0)), min(int(y), max(height - 2, 0))
-            across, down = x - column, y - row
-            best = 0
-            for k in range(4):
-                right, below = k % 2, k // 2
-                share = (across if right else 1 - across) * (down if below else 1 - down)
-                where[v, u, k] = min(row + below, height - 1) * width + min(column + right, width - 1)
-                left[v, u, k] = share
-                best = k if share > left[v, u, best] else best
-            where[v, u, 0], where[v, u, best] = where[v, u, best], where[v, u, 0]
-            left[v, u, 0], left[v, u, best] = left[v, u, best], left[v, u, 0]
-    return where, left
 
+    found: np.ndarray
+    covers: np.ndarray
+    range_m: np.ndarray
+    pixel: np.ndarray
 
-@njit(nogil=True, cache=True)
-def _gather(direct, ranges, sent, rays, there, where, left, out):
-    """Fill (4, 2, H, W) `out` with range and strength that each pixel sees of four pixels of a frame.
+    @classmethod
+    def of(
+        cls,
+        light: Light,
+        thing: Body,
+        frames: tuple[np.ndarray, np.ndarray],
+        weights: np.ndarray,
+        time_s: np.ndarray,
+        rest: bool,
+    ) -> "_Seen":
+        """rest: whether it is what everything else is before: what one frame does not show of it the other does."""
+        moved = np.linalg.inv(thing.motion.at(time_s))
+        there = [moved @ thing.motion.at(light.time_s[of]) for of in frames]
+        back = [np.linalg.inv(one) for one in there]
+        shape, ways = light.range_m.shape, len(light.returns)
+        found = np.ones((ways, 2, 4, 2, *shape), np.float32)
+        found[:, :, :, 1] = 0
+        covers, ranges = np.zeros(shape, np.float32), np.full(shape, np.inf, np.float32)
+        pixel = np.zeros(shape, np.int64)
 
-    direct: (H, W) range of the surface each pixel sees. ranges, sent: (H, W) of a way of light.
-    """
-    height, width = direct.shape
-    seen, changed = np.empty(4), np.empty(4)
-    for v in range(height):
-        for u in range(width):
-            near, far, total, mean = np.inf, 0.0, 0.0, 0.0
-            for k in range(4):
-                row, column = where[v, u, k] // width, where[v, u, k] % width
-                r, s = direct[row, column], sent[row, column] * left[v, u, k]
-                seen[k], changed[k] = 1.0, 0.0
-                if not (r > 0 and s > 0):
+        def one(i: int) -> None:
+            far = np.zeros(shape[1:], np.float32)
+            for side in np.argsort(weights[:, i]):
+                if weights[side, i] == 0:
                     continue
-                one = rays[row, column]
-                z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-                point = _moved(there, z * one[0], z * one[1], z * one[2])
-                then = max(np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2), LEAST_M)
-                seen[k], changed[k] = max(ranges[row, column] + then - r, LEAST_M), s * (r / then) ** 2
-                near, far = min(near, seen[k]), max(far, seen[k])
-                total, mean = total + changed[k], mean + seen[k] * changed[k]
-            if total > 0 and far <= near * (1 + ONE_SURFACE):
-                out[0, 0, v, u], out[0, 1, v, u] = mean / total, total
-            else:
-                for k in range(4):
-                    out[k, 0, v, u], out[k, 1, v, u] = seen[k], changed[k]
+                at, way = frames[side][i], (there[side][i], back[side][i])
+                mask = thing.there[at]
+                known = mask & (light.range_m[at] > 0)
+                if not known.any():
+                    continue
+                guess = FAR_M if rest else float(np.median(light.range_m[at][known]))
+                mine = np.where(known, light.range_m[at], np.float32(0))
+                where, left = sources(mine, light.rays, light.intrinsics, *way, guess)
+                pixel[i] = where[..., 0]
+                fills, reaches = filled(mine, where, left, light.rays, there[side][i])
+                covers[i] += weights[side, i] * fills
+                far += weights[side, i] * reaches
+                for k, sent in enumerate(light.returns):
+                    strength = np.where(mask, sent.strength[at], 0) * np.float32(weights[side, i])
+                    gather(
+                        mine, sent.range_m[at], strength,
+                        light.rays, there[side][i], where, left, found[k, side, :, :, i],
+                    )  # fmt: skip
+            seen = covers[i] > 0
+            ranges[i][seen] = far[seen] / covers[i][seen]
+            if rest:
+                found[:, :, :, 1, i] /= np.where(seen, covers[i], 1)
+                covers[i] = seen
+
+        in_parallel(one, range(len(time_s)))
+        return cls(found, covers, ranges, pixel)

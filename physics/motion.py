@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, RotationSpline
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,20 +33,21 @@ class Motion:
         return there[:3, :3].T @ normal, float(distance_m - normal @ there[:3, 3])
 
     def at(self, time_s: np.ndarray) -> np.ndarray:
-        """(F, 4, 4) where it was at any times: evenly on from one of its own to the next, and as it did beyond.
-
-        Straight on, and turning about one axis (Rodrigues' vectors).
+        """(F, 4, 4) where it was at any times: through its own by cubic splines, evenly on before the first of them and
+        after the last.
         """
-        last = len(self.time_s) - 1
-        lower = np.clip(np.searchsorted(self.time_s, time_s, side="right") - 1, 0, max(last - 1, 0))
-        upper = np.minimum(lower + 1, last)
-        span = self.time_s[upper] - self.time_s[lower]
-        part = np.where(span > 0, (np.asarray(time_s, float) - self.time_s[lower]) / np.where(span > 0, span, 1), 0.0)
-        before, after = self.start_from_camera[lower], self.start_from_camera[upper]
-        turned = Rotation.from_matrix(np.swapaxes(before[:, :3, :3], 1, 2) @ after[:, :3, :3]).as_rotvec()
-        out = before.copy()
-        out[:, :3, :3] = before[:, :3, :3] @ Rotation.from_rotvec(turned * part[:, None]).as_matrix()
-        out[:, :3, 3] += part[:, None] * (after[:, :3, 3] - before[:, :3, 3])
+        time_s = np.asarray(time_s, float)
+        own, first = np.unique(self.time_s, return_index=True)
+        poses = self.start_from_camera[first]
+        out = np.tile(poses[0], (len(time_s), 1, 1))
+        if len(own) < 2:
+            return out
+        within = np.clip(time_s, own[0], own[-1])
+        turned, place = RotationSpline(own, Rotation.from_matrix(poses[:, :3, :3])), CubicSpline(own, poses[:, :3, 3])
+        # A spline's rate is about axes of the camera by then: what goes on evenly turns about the same ones.
+        on = (time_s - within)[:, None]
+        out[:, :3, :3] = (turned(within) * Rotation.from_rotvec(turned(within, 1) * on)).as_matrix()
+        out[:, :3, 3] = place(within) + place(within, 1) * on
         return out
 
     def forward_m(self, time_s: np.ndarray) -> np.ndarray:

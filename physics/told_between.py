@@ -6,13 +6,17 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from physics.arrivals import arrivals
-from physics.carried import carried
+from physics.carried import carried, carriers
 from physics.light import Light, Return
 from physics.light_between import JUMP, from_neighbours, neighbours
 from physics.rendering import Rendering
 
 # What nobody saw is told bin by bin by what was seen of so many around it.
 BINS = 3
+# From so many frames on they tell whether surfaces are carried along with the camera.
+FRAMES = 4
+# What is carried must be off by less than this part of what interpolation is.
+CLEARLY = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +39,8 @@ class Told:
         """Guessed by interpolation, or by the camera's motion."""
         light = rendering.light
         times = np.asarray(light.time_s, float)
-        guess = carried(light, *neighbours(times), times) if by_motion else from_neighbours(light)
+        way = neighbours(times)
+        guess = carried(light, carriers(light), *way, times) if by_motion else from_neighbours(light)
         counts, guessed, smooth = (
             rendering.gain * arrivals(seen, rendering.footprints, rendering.clock).binned()
             for seen in (light, guess, _but_for_edges(light, guess))
@@ -60,15 +65,17 @@ class Told:
         x the part of the way; its square goes with the square (the remainder of linear interpolation, Abramowitz and
         Stegun 25.2.1), before the first frame and after the last as well. Whether an edge has passed a pixel by then is
         as good as chance, 1 with probability x where x is taken: off by x·(1 - x) in the mean square, twice that of
-        what twice as many are off by halfway. What is carried is off by as much as it is carried.
+        what twice as many are off by halfway. What is carried is off by parts of pixels, alike: where in a pixel an
+        edge is is as good as chance until it has passed that.
         """
 
         def around(of: np.ndarray) -> np.ndarray:
             return (of[lower] + of[upper]) / 2
 
         way = (part * (1 - part))[:, None, None]
-        curved = (4.0 if self.carried else 1.0) * way**2
-        return curved * around(self.surfaces) + 2 * np.maximum(way, 0) * around(self.edges)
+        if self.carried:
+            return 2 * np.maximum(way, 0) * around(self.surfaces + self.edges)
+        return way**2 * around(self.surfaces) + 2 * np.maximum(way, 0) * around(self.edges)
 
     def beyond(self, lower: np.ndarray, upper: np.ndarray, part: np.ndarray, stays: float) -> np.ndarray:
         """(F, P, T) by which counts are off where things moved on before the first frame or after the last.
@@ -79,6 +86,22 @@ class Told:
             return np.zeros_like(self.surfaces)
         further = stays * (part - np.clip(part, 0, 1))
         return further[:, None, None] ** 2 * self.steps[np.minimum(lower, len(self.steps) - 1)]
+
+
+def carries(rendering: Rendering) -> bool:
+    """Whether frames of a session are guessed better by carrying surfaces along with the camera, pixels and all."""
+    light = rendering.light
+    if light.part_of is not None:
+        return carries(replace(rendering, light=light.part_of[0]))
+    if light.frames < FRAMES:
+        return False
+    kept = light.kept.get(carries.__qualname__)
+    if kept is None or kept[0] is not light.range_m:
+        by_motion, by_pixel = (Told.of(rendering, way) for way in (True, False))
+        off = [float((told.surfaces + told.edges).sum()) for told in (by_motion, by_pixel)]
+        kept = light.range_m, off[0] < CLEARLY * off[1]
+        light.kept[carries.__qualname__] = kept
+    return kept[1]
 
 
 def together(change: np.ndarray) -> float:

@@ -6,16 +6,18 @@ from typing import Any
 import numpy as np
 
 from physics.arrivals import Arrivals, arrivals
-from physics.carried import both, carried
+from physics.carried import carried, carriers
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.light_between import around, light_at
 from physics.owning import Unseen
 from physics.rendering import Rendering
-from physics.told_between import Told
+from physics.told_between import Told, carries
 
 # Parts of a step between frames beyond the first or the last of them at which nobody knows what was there.
 BLIND = 0.3
+# At the image's times, pixel by pixel.
+NOW = {"lag": 0.0, "skew": 0.0, "beyond": 0.0, "carried": 0.0}
 
 
 class TimeLag(Effect):
@@ -25,9 +27,10 @@ class TimeLag(Effect):
 
     What it sees then is taken pixel by pixel from the two frames around that time, range and strength linear in
     between; where an edge passes, part of the light of either (`light_at`). What it sees before the first frame and
-    after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`. Where poses of the
-    camera are known, the part `carried` of the light is that of a scene which stands still, seen from where the camera
-    is by then (`carried.carried`): what moves in it does not, but edges that the camera passes are in place.
+    after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`. Where what is seen
+    moves as one thing, a scene before a camera that moves, or something large that is carried about, it is `carried`:
+    seen from where the camera is by then (`carried.carried`), by the motion that frames show (`odometry`). Then edges
+    are in place. Whether frames are guessed better so, from those before and after, says whether a fit begins so.
 
     A sensor with more zones than converters measures them in two bursts: some zones look `burst` seconds later still,
     those of which `late` is 1. What either sees then is what surfaces send back directly; where zones look, and what
@@ -43,8 +46,8 @@ class TimeLag(Effect):
         LookAlike("footprint_shift", "Hold sensor and scene still: a shift stays, a lag has nothing to show."),
         LookAlike("parallax", "Hold sensor and scene still: parallax stays, a lag has nothing to show."),
     )
-    forms = (("lag",), ("skew",), ("lag", "skew"), ("burst",), ("lag", "burst"), ("lag", "beyond"), ("lag", "carried"))
-    richer = forms[-2:]
+    forms = (("lag",), ("skew",), ("lag", "skew"), ("burst",), ("lag", "burst"), ("lag", "beyond"))
+    richer = forms[-1:]
     parameters = (
         Parameter(
             "lag",
@@ -68,9 +71,7 @@ class TimeLag(Effect):
             sentence="1 for zones of the second burst, 0 for others; -1 where those of the second half are.",
         ),
         Parameter("beyond", "1", 0.0, 1.0, 0.0, "How far things move on before the first frame and after the last."),
-        Parameter(
-            "carried", "1", 0.0, 1.0, 0.0, "Part of what is seen that the camera's motion alone moves.", tries=(1.0,)
-        ),
+        Parameter("carried", "1", 0.0, 1.0, 0.0, "1 where what is seen moves as one thing, 0 where pixel by pixel."),
     )
 
     def reach(self, values: Values) -> tuple[float, float]:
@@ -99,9 +100,9 @@ class TimeLag(Effect):
 
     def unseen(self, values: Values, rendering: Rendering) -> Unseen:
         """What interpolation is off, as that of frames which were seen tells; and what moved on beyond them."""
-        light, times = rendering.light, np.asarray(rendering.light.time_s, float)
+        times = np.asarray(rendering.light.time_s, float)
         late = late_zones(values, rendering.footprints.seen[0][1].shape[1]) & (values["burst"] != 0)
-        moves_on = light.motion is not None and values["carried"] > 0.5
+        moves_on = values["carried"] > 0.5
         told = Told.of(rendering, moves_on)
         found, blind = [], np.zeros(len(times), bool)
         for lag, there in ((values["lag"], ~late), (values["lag"] + values["burst"], late)):
@@ -112,25 +113,39 @@ class TimeLag(Effect):
         return Unseen(np.where(late[:, None], found[1], found[0]), told.together, blind)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
-        """Zones in two groups, by the lag that explains most of an excess in each by itself."""
+        """Lags that explain most of an excess; and zones in two groups, by what they are in each by itself.
+
+        Where frames say that what is seen moves as one thing it is carried.
+        """
         light, zones = rendering.light, expected.shape[1]
         step_s = float(np.median(np.diff(light.time_s))) / 2 if light.frames > 1 else 0.0
-        if zones < 2 or not step_s > 0:
+        if not step_s > 0:
             return []
+        as_one = {"carried": 1.0} if carries(rendering) else {}
         later, before = (
-            arrivals(light_at(light, np.asarray(light.time_s) + side * step_s), rendering.footprints, rendering.clock)
+            arrivals(_then({**NOW, **as_one, "lag": side * step_s}, light), rendering.footprints, rendering.clock)
             for side in (1, -1)
         )
         slope = rendering.gain * (later.binned() - before.binned()) / (2 * step_s)
-        told = (slope**2 / np.maximum(expected, 1)).sum(axis=(0, 2))
-        lags = (slope * excess / np.maximum(expected, 1)).sum(axis=(0, 2)) / np.maximum(told, 1e-12)
-        late = _two_groups(lags, told)
-        lag, burst = (float((told[of] * lags[of]).sum() / max(told[of].sum(), 1e-12)) for of in (~late, late))
-        low, high = self.parameter("lag").low, self.parameter("lag").high
-        lag, burst = float(np.clip(lag, low, high)), float(np.clip(burst - lag, low, high))
-        alone = {"burst": burst, "late": late.astype(float)}
+        weight = slope / np.maximum(expected, 1)
+        told, found = ((weight * of).sum(axis=2) for of in (slope, excess))  # (F, P)
+        starts = (
+            [start | as_one for start in _evenly(told.sum(axis=1), found.sum(axis=1), light.time_s)] if as_one else []
+        )
+        if zones > 1:
+            lags = found.sum(axis=0) / np.maximum(told.sum(axis=0), 1e-12)
+            late = _two_groups(lags, told.sum(axis=0))
+            lag, burst = (_ratio(found[:, of].sum(), told[:, of].sum()) for of in (~late, late))
+            alone = {"burst": burst - lag, "late": late.astype(float)} | as_one
+            starts += [{"lag": lag} | alone, alone]
+        for start in starts:
+            start |= {
+                n: float(np.clip(v, self.parameter(n).low, self.parameter(n).high))
+                for n, v in start.items()
+                if n != "late"
+            }
         # Where nothing moves nothing is told.
-        return [start for start in ({"lag": lag} | alone, alone) if all(start.get(n, 1.0) for n in ("lag", "burst"))]
+        return [start for start in starts if all(start.get(n, 1.0) for n in ("lag", "skew", "burst"))]
 
 
 def _then(values: Values, light: Light) -> Light:
@@ -139,13 +154,23 @@ def _then(values: Values, light: Light) -> Light:
         return light
     frames_s = np.asarray(light.time_s, float)
     time_s = frames_s + values["lag"] + values["skew"] * frames_s
-    still = values["carried"] if light.motion is not None else 0.0
-    if still == 0:
-        return light_at(light, time_s, values["beyond"])
-    carried_on = carried(light, *around(frames_s, time_s, 0.0), time_s)
-    if still == 1:
-        return carried_on
-    return both(light_at(light, time_s, values["beyond"]), carried_on, still)
+    if values["carried"] > 0.5:
+        return carried(light, carriers(light), *around(frames_s, time_s, 0.0), time_s)
+    return light_at(light, time_s, values["beyond"])
+
+
+def _evenly(told: np.ndarray, found: np.ndarray, time_s: np.ndarray) -> list[dict[str, float]]:
+    """Lags of frames (F,), told as well and found as large, that are the same, go with time, or both."""
+    time_s = np.asarray(time_s, float)
+    moments = np.array([[(told * time_s ** (i + j)).sum() for j in range(2)] for i in range(2)])
+    both = np.linalg.lstsq(moments, np.array([found.sum(), (found * time_s).sum()]), rcond=None)[0]
+    lag, skew = _ratio(found.sum(), told.sum()), _ratio((found * time_s).sum(), moments[1, 1])
+    return [{"lag": lag}, {"skew": skew}, {"lag": float(both[0]), "skew": float(both[1])}]
+
+
+def _ratio(of: float, by: float) -> float:
+    """0 where there is nothing to go by."""
+    return float(of / max(by, 1e-12))
 
 
 def late_zones(values: Values, zones: int) -> np.ndarray:

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from physics.carried import both, carried
+from physics.bodies import Body
+from physics.carried import carried, carriers
 from physics.light import direct_light
 from physics.motion import Motion
 
@@ -44,7 +45,12 @@ def moved(light, at):
     """All frames as they are seen from where the camera is at a time, from the two frames around it."""
     lower = np.full(3, 0 if at < 0.1 else 1)
     part = np.clip((at - TIMES[lower]) / 0.1, 0, 1)
-    return carried(light, lower, lower + 1, part, np.full(3, at))
+    return carried(light, as_one(light), lower, lower + 1, part, np.full(3, at))
+
+
+def as_one(light):
+    """All that is seen, with the motion of the camera."""
+    return (Body(light.motion, np.ones(light.range_m.shape, bool)),)
 
 
 @pytest.mark.parametrize("at", [0.02, 0.05, 0.13, 0.25])
@@ -88,7 +94,37 @@ def test_what_is_not_known_is_not_made_up(seed, at):
     assert (dark.missing == 1200).all()
 
 
-def test_of_both_there_is_as_much_as_is_said():
-    light = seen(wall)
-    mixed = both(light, light, 0.3)
-    np.testing.assert_allclose(sum(way.strength for way in mixed.returns), light.returns[0].strength, rtol=1e-6)
+def sliding(times):
+    """A plate 1 m away, ten pixels wide and as many high, that slides before a wall at 2 m; which pixels see it."""
+    middle = 12 + 80 * np.asarray(times)[:, None, None]
+    plate = (np.abs(np.arange(40) - middle) < 5) & (np.abs(np.arange(30)[:, None] - 15) < 5)
+    depth = np.where(plate, 1.0, 2.0)
+    return direct_light(depth, INTRINSICS, cosine=np.ones(depth.shape), time_s=np.asarray(times)), plate
+
+
+@pytest.mark.parametrize("at", [0.025, 0.05, 0.075])
+def test_a_thing_that_moves_hides_what_is_behind_it_and_gives_free_what_was(at):
+    light, plate = sliding(TIMES)
+    still, slides = np.tile(np.eye(4), (2, 3, 1, 1))
+    slides[:, 0, 3] = -2 * TIMES  # 80 pixels a second at 1 m: a camera that goes the other way by 2 m/s.
+    things = Body(Motion(TIMES, still), ~plate), Body(Motion(TIMES, slides), plate)
+    lower = np.full(3, 0)
+    found = carried(light, things, lower, lower + 1, np.full(3, at / 0.1), np.full(3, at))
+    truth, _ = sliding(np.full(3, at))
+    near = found.range_m < 1.6 * np.linalg.norm(RAYS, axis=-1)
+    assert 81 <= near[0].sum() <= 100  # Nine or ten pixels either way.
+    for limit in (1.6, 9.0):  # Light of the plate, and all of it.
+        length = limit * np.linalg.norm(RAYS, axis=-1)
+        mine, its = (sum((w.strength * (w.range_m < length))[0].sum() for w in of.returns) for of in (found, truth))
+        assert mine == pytest.approx(its, rel=0.12)
+
+
+def test_each_thing_is_carried_by_itself_where_that_tells_frames_better():
+    """A plate that slides by two pixels a frame; and one that is too small to be followed, in a scene that nears."""
+    light, plate = sliding(0.025 * np.arange(9))
+    rest, thing = carriers(light)
+    assert (thing.there == plate).mean() > 0.99
+    assert (rest.there != thing.there).all()
+    some = carriers(light.of(np.array([2, 4])))
+    np.testing.assert_array_equal(some[1].there, thing.there[[2, 4]])
+    assert len(carriers(seen(wall))) == 1

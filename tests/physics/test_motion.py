@@ -49,3 +49,19 @@ def test_between_and_beyond_its_own_times_it_goes_on_evenly(seed, part):
     np.testing.assert_allclose(found[:3, 3], velocity * part, atol=1e-12)
     alone = Motion.of([2.0], poses[:1], start=np.eye(4))
     np.testing.assert_allclose(alone.at(np.array([1.0, 2.0, 9.0])), np.tile(poses[0], (3, 1, 1)), atol=1e-12)
+
+
+def test_between_its_own_times_it_goes_smoothly():
+    """A way that swings, against itself between the times at which it is known."""
+
+    def poses(times):
+        out = np.tile(np.eye(4), (len(times), 1, 1))
+        turns = np.c_[0.5 * np.sin(3 * times), 0.3 * np.cos(2 * times), 0.2 * times]
+        out[:, :3, :3] = Rotation.from_euler("xyz", turns).as_matrix()
+        out[:, :3, 3] = np.c_[np.sin(2 * times), times, np.cos(4 * times)]
+        return out
+
+    times, between = np.linspace(0, 3, 40), np.linspace(0, 3, 117)
+    np.testing.assert_allclose(Motion(times, poses(times)).at(between), poses(between), atol=2e-3)
+    after = np.array([3.002])
+    np.testing.assert_allclose(Motion(times, poses(times)).at(after), poses(after), atol=5e-4)

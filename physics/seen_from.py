@@ -1,0 +1,113 @@
+"""What a camera that has moved sees of the pixels of an image: which, how much of each, and how far away."""
+
+import numpy as np
+from numba import njit
+
+# Surfaces are seen where rays to them meet: guesses of how far away that is are bettered so many times.
+BETTERED = 3
+# Nothing comes nearer than this.
+LEAST_M = 1e-3
+# Neighbours whose ranges differ by less than this part of themselves are of one surface.
+ONE_SURFACE = 0.02
+
+
+@njit(nogil=True, cache=True)
+def filled(ranges, where, left, rays, there):
+    """(2, H, W) how much of each pixel is filled by what four pixels of a frame see, and its range in that sum."""
+    height, width = ranges.shape
+    out = np.zeros((2, height, width), np.float32)
+    for v in range(height):
+        for u in range(width):
+            for k in range(4):
+                row, column = where[v, u, k] // width, where[v, u, k] % width
+                r = ranges[row, column]
+                if not r > 0:
+                    continue
+                one = rays[row, column]
+                z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
+                point = moved(there, z * one[0], z * one[1], z * one[2])
+                out[0, v, u] += left[v, u, k]
+                out[1, v, u] += left[v, u, k] * np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2)
+    return out
+
+
+@njit(nogil=True, cache=True)
+def moved(there, x, y, z):
+    """A point (3,) as another camera sees it."""
+    return (
+        there[0, 0] * x + there[0, 1] * y + there[0, 2] * z + there[0, 3],
+        there[1, 0] * x + there[1, 1] * y + there[1, 2] * z + there[1, 3],
+        there[2, 0] * x + there[2, 1] * y + there[2, 2] * z + there[2, 3],
+    )
+
+
+@njit(nogil=True, cache=True)
+def sources(ranges, rays, intrinsics, there, back, guess):
+    """(H, W, 4) pixels of a frame around the point that each pixel of another camera sees, and (H, W, 4) shares.
+
+    there: (4, 4) that camera from the frame's. back: the other way. guess: metres, how far away it may be. The nearest
+    comes first. Beyond the border is the border.
+    """
+    height, width = ranges.shape
+    where = np.empty((height, width, 4), np.int32)
+    left = np.empty((height, width, 4), np.float32)
+    for v in range(height):
+        for u in range(width):
+            ray = rays[v, u]
+            x, y, depth = float(u), float(v), guess
+            for _ in range(BETTERED):
+                column = min(max(int(np.rint(x)), 0), width - 1)
+                row = min(max(int(np.rint(y)), 0), height - 1)
+                r = ranges[row, column]
+                if r > 0:
+                    one = rays[row, column]
+                    z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
+                    depth = max(moved(there, z * one[0], z * one[1], z * one[2])[2], LEAST_M)
+                at = moved(back, depth * ray[0], depth * ray[1], depth * ray[2])
+                if at[2] > 0:
+                    x = intrinsics[0, 0] * at[0] / at[2] + intrinsics[0, 2]
+                    y = intrinsics[1, 1] * at[1] / at[2] + intrinsics[1, 2]
+            x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
+            column, row = min(int(x), max(width - 2, 0)), min(int(y), max(height - 2, 0))
+            across, down = x - column, y - row
+            best = 0
+            for k in range(4):
+                right, below = k % 2, k // 2
+                share = (across if right else 1 - across) * (down if below else 1 - down)
+                where[v, u, k] = min(row + below, height - 1) * width + min(column + right, width - 1)
+                left[v, u, k] = share
+                best = k if share > left[v, u, best] else best
+            where[v, u, 0], where[v, u, best] = where[v, u, best], where[v, u, 0]
+            left[v, u, 0], left[v, u, best] = left[v, u, best], left[v, u, 0]
+    return where, left
+
+
+@njit(nogil=True, cache=True)
+def gather(direct, ranges, sent, rays, there, where, left, out):
+    """Fill (4, 2, H, W) `out` with range and strength that each pixel sees of four pixels of a frame.
+
+    direct: (H, W) range of the surface each pixel sees. ranges, sent: (H, W) of a way of light.
+    """
+    height, width = direct.shape
+    seen, changed = np.empty(4), np.empty(4)
+    for v in range(height):
+        for u in range(width):
+            near, far, total, mean = np.inf, 0.0, 0.0, 0.0
+            for k in range(4):
+                row, column = where[v, u, k] // width, where[v, u, k] % width
+                r, s = direct[row, column], sent[row, column] * left[v, u, k]
+                seen[k], changed[k] = 1.0, 0.0
+                if not (r > 0 and s > 0):
+                    continue
+                one = rays[row, column]
+                z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
+                point = moved(there, z * one[0], z * one[1], z * one[2])
+                then = max(np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2), LEAST_M)
+                seen[k], changed[k] = max(ranges[row, column] + then - r, LEAST_M), s * (r / then) ** 2
+                near, far = min(near, seen[k]), max(far, seen[k])
+                total, mean = total + changed[k], mean + seen[k] * changed[k]
+            if total > 0 and far <= near * (1 + ONE_SURFACE):
+                out[0, 0, v, u], out[0, 1, v, u] = mean / total, total
+            else:
+                for k in range(4):
+                    out[k, 0, v, u], out[k, 1, v, u] = seen[k], changed[k]
