@@ -1,6 +1,7 @@
 """A search where a cause leaves counts uncertain: rails that pass between one frame and the next."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from mismatch.explain import explain
 from mismatch.fit import fit_nominal
 from mismatch.leftover import what_is_left
 from mismatch.open_simulation import simulation_of
+from mismatch.search import search
 from mismatch.trust import as_given
 from physics.effects import find_effect
 from physics.light import direct_light
@@ -62,3 +64,39 @@ def test_counts_are_trusted_as_far_as_a_lag_that_is_given_lets_them_be(passing, 
     )
     assert less < 0.05 * every
     assert as_given(passing) is passing
+
+
+def rounds_of(*forms):
+    """What a selection came to that found these."""
+    return [SimpleNamespace(before=SimpleNamespace(forms=forms))]
+
+
+@pytest.mark.parametrize(("enough", "kept"), [(True, "first"), (False, "second")])
+def test_a_search_anew_that_was_ended_before_it_began_undoes_nothing(passing, monkeypatch, enough, kept):
+    """Frames held out one by one find nothing: that tells something only if there was time to look."""
+    found = {"first": rounds_of("time_lag"), "second": rounds_of()}
+    searches = iter(found.values())
+    monkeypatch.setattr(module, "likeliest_selection", lambda *_: next(searches))
+    monkeypatch.setattr(module, "unjudged", lambda _: True)
+    monkeypatch.setattr(module, "what_is_left", lambda *_: False)
+    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    monkeypatch.setattr(type(passing.work), "enough", property(lambda _: enough))
+    assert search(passing, []).rounds is found[kept]
+
+
+@pytest.mark.parametrize("enough", [True, False])
+def test_a_search_of_counts_that_are_trusted_less_goes_on_where_it_may_not_begin_anew(passing, monkeypatch, enough):
+    going_on, anew = rounds_of("time_lag", "zone_gain"), rounds_of("time_lag")
+    owning, before = SimpleNamespace(), rounds_of("time_lag")
+    monkeypatch.setattr(module, "likeliest_selection", lambda *_: before)
+    monkeypatch.setattr(module, "unjudged", lambda _: False)
+    monkeypatch.setattr(module, "what_is_left", lambda *_: True)
+    monkeypatch.setattr(module, "trusted", lambda simulation, *_: (simulation, owning, before))
+    monkeypatch.setattr(module, "onward", lambda train, test, forms, led, now: going_on if now is owning else None)
+    monkeypatch.setattr(module, "_beside", lambda train, test, forms, now: anew if now is owning else None)
+    monkeypatch.setattr(module, "owns_up", lambda _: True)
+    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    monkeypatch.setattr(type(passing.work), "enough", property(lambda _: enough))
+    found = search(passing, [])
+    assert found.rounds is (going_on if enough else anew)
+    assert found.notes == (module.UNCERTAIN,)
