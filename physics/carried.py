@@ -8,11 +8,13 @@ import numpy as np
 from physics.bodies import Body, bodies
 from physics.light import Light, Return
 from physics.light_between import JUMP, neighbours
-from physics.seen_from import filled, gather, sources
+from physics.seen_from import filled, gather, put, sources
 from physics.workers import in_parallel
 
 # What is not known is taken to be so far away that it turns with the camera alone.
 FAR_M = 1e3
+# So many surfaces are told apart in a pixel; more are taken together with the last of them.
+SLOTS = 8
 
 
 def carriers(light: Light) -> tuple[Body, ...]:
@@ -59,41 +61,46 @@ def carried(
     reflectance and cosine, by which other effects go, are those of the nearer frame's nearest pixel.
     """
     weights = np.clip(np.stack([1 - part, part]), 0, 1)
-    seen = [_Seen.of(light, thing, (lower, upper), weights, time_s, k == 0) for k, thing in enumerate(things)]
-    left = [np.ones(light.range_m.shape, np.float32) for _ in things]
-    for mine, its in permutations(range(len(things)), 2):
-        left[mine] *= np.where(seen[its].range_m < seen[mine].range_m, 1 - seen[its].covers, 1)
-    returns = [
-        Return(way[0], way[1] * clear)
-        for one, clear in zip(seen, left, strict=True)
-        for way in one.found.reshape(-1, 2, *light.range_m.shape)
-        if way[1].any()
+    moved = [np.linalg.inv(thing.motion.at(time_s)) for thing in things]
+    frames, shape = np.stack([lower, upper]), light.range_m.shape
+    there = [
+        [way @ thing.motion.at(light.time_s[of]) for of in frames] for way, thing in zip(moved, things, strict=True)
     ]
-    most = np.argmax([one.covers * clear for one, clear in zip(seen, left, strict=True)], axis=0)[None]
-    pixel = np.take_along_axis(np.stack([one.pixel for one in seen]), most, axis=0)[0]
-    frame = np.where(weights[1] > weights[0], upper, lower)
+    out = np.ones((SLOTS, 2, *shape), np.float32)
+    out[:, 1] = 0
+    ranges, albedo, cosine = (np.empty_like(of) for of in (light.range_m, light.reflectance, light.cosine))
 
-    def picked(values: np.ndarray) -> np.ndarray:
-        return np.take_along_axis(values[frame].reshape(len(frame), -1), pixel.reshape(len(frame), -1), axis=1).reshape(
-            values.shape
+    def one(i: int) -> None:
+        seen = [
+            _seen(light, thing, frames[:, i], weights[:, i], [way[0][i], way[1][i]], k == 0)
+            for k, (thing, way) in enumerate(zip(things, there, strict=True))
+        ]
+        clear = [np.ones(shape[1:], np.float32) for _ in things]
+        for mine, its in permutations(range(len(things)), 2):
+            clear[mine] *= np.where(seen[its].range_m < seen[mine].range_m, 1 - seen[its].covers, 1)
+        for mine, left in zip(seen, clear, strict=True):
+            for way in mine.found.reshape(-1, 2, *shape[1:]):
+                put(way[0], way[1] * left, out[:, 0, i], out[:, 1, i])
+        most = np.argmax([mine.covers * left for mine, left in zip(seen, clear, strict=True)], axis=0)[None]
+        pixel, found = (
+            np.take_along_axis(np.stack(of), most, axis=0)[0]
+            for of in zip(*((m.pixel, m.range_m) for m in seen), strict=True)
         )
+        near = frames[1 if weights[1, i] > weights[0, i] else 0, i]
+        ranges[i] = np.where(np.isfinite(found), found, light.range_m[near].ravel()[pixel])
+        albedo[i], cosine[i] = (of[near].ravel()[pixel] for of in (light.reflectance, light.cosine))
 
-    ranges = np.take_along_axis(np.stack([one.range_m for one in seen]), most, axis=0)[0]
-    ranges = np.where(np.isfinite(ranges), ranges, picked(light.range_m))
-    albedo, cosine = picked(light.reflectance), picked(light.cosine)
+    in_parallel(one, range(shape[0]))
     missing = np.count_nonzero(~(ranges > 0) | np.isnan(albedo) | np.isnan(cosine), axis=(1, 2))
-    shape = light.range_m.shape
-    empty = Return(np.ones(shape, np.float32), np.zeros(shape, np.float32))
-    return replace(
-        light, range_m=ranges, reflectance=albedo, cosine=cosine, returns=tuple(returns) or (empty,), missing=missing
-    )
+    returns = [Return(*(of.copy() for of in way)) for way in out if way[1].any()] or [Return(*out[0])]
+    return replace(light, range_m=ranges, reflectance=albedo, cosine=cosine, returns=tuple(returns), missing=missing)
 
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """A thing as it is seen by then. found: (N, 2, 4, 2, F, H, W) range and strength of each way of light, frame and
-    neighbour. covers: (F, H, W) part of each pixel that it fills. range_m: (F, H, W) how far it is there, else
-    infinity. pixel: (F, H, W) which of the nearer frame's is nearest to what is seen.
+    """A thing as it is seen by then. found: (N, 2, 4, 2, H, W) range and strength of each way of light, frame and
+    neighbour. covers: (H, W) part of each pixel that it fills. range_m: (H, W) how far it is there, else infinity.
+    pixel: (H, W) which of the nearer frame's is nearest to what is seen.
     """
 
     found: np.ndarray
@@ -101,54 +108,37 @@ class _Seen:
     range_m: np.ndarray
     pixel: np.ndarray
 
-    @classmethod
-    def of(
-        cls,
-        light: Light,
-        thing: Body,
-        frames: tuple[np.ndarray, np.ndarray],
-        weights: np.ndarray,
-        time_s: np.ndarray,
-        rest: bool,
-    ) -> "_Seen":
-        """rest: whether it is what everything else is before: what one frame does not show of it the other does."""
-        moved = np.linalg.inv(thing.motion.at(time_s))
-        there = [moved @ thing.motion.at(light.time_s[of]) for of in frames]
-        back = [np.linalg.inv(one) for one in there]
-        shape, ways = light.range_m.shape, len(light.returns)
-        found = np.ones((ways, 2, 4, 2, *shape), np.float32)
-        found[:, :, :, 1] = 0
-        covers, ranges = np.zeros(shape, np.float32), np.full(shape, np.inf, np.float32)
-        pixel = np.zeros(shape, np.int64)
 
-        def one(i: int) -> None:
-            far = np.zeros(shape[1:], np.float32)
-            for side in np.argsort(weights[:, i]):
-                if weights[side, i] == 0:
-                    continue
-                at, way = frames[side][i], (there[side][i], back[side][i])
-                mask = thing.there[at]
-                known = mask & (light.range_m[at] > 0)
-                if not known.any():
-                    continue
-                guess = FAR_M if rest else float(np.median(light.range_m[at][known]))
-                mine = np.where(known, light.range_m[at], np.float32(0))
-                where, left = sources(mine, light.rays, light.intrinsics, *way, guess)
-                pixel[i] = where[..., 0]
-                fills, reaches = filled(mine, where, left, light.rays, there[side][i])
-                covers[i] += weights[side, i] * fills
-                far += weights[side, i] * reaches
-                for k, sent in enumerate(light.returns):
-                    strength = np.where(mask, sent.strength[at], 0) * np.float32(weights[side, i])
-                    gather(
-                        mine, sent.range_m[at], strength,
-                        light.rays, there[side][i], where, left, found[k, side, :, :, i],
-                    )  # fmt: skip
-            seen = covers[i] > 0
-            ranges[i][seen] = far[seen] / covers[i][seen]
-            if rest:
-                found[:, :, :, 1, i] /= np.where(seen, covers[i], 1)
-                covers[i] = seen
+def _seen(
+    light: Light, thing: Body, frames: np.ndarray, weights: np.ndarray, there: list[np.ndarray], rest: bool
+) -> _Seen:
+    """A thing as two frames (2,) show it, each by its weight, from a camera that is there (4, 4) from theirs.
 
-        in_parallel(one, range(len(time_s)))
-        return cls(found, covers, ranges, pixel)
+    rest: whether it is what everything else is before: what one frame does not show of it the other does.
+    """
+    shape = light.range_m.shape[1:]
+    found = np.ones((len(light.returns), 2, 4, 2, *shape), np.float32)
+    found[:, :, :, 1] = 0
+    covers, far, pixel = np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int64)
+    for side in np.argsort(weights):
+        at, way = frames[side], there[side]
+        mask = thing.there[at]
+        known = mask & (light.range_m[at] > 0)
+        if weights[side] == 0 or not known.any():
+            continue
+        guess = FAR_M if rest else float(np.median(light.range_m[at][known]))
+        mine = np.where(known, light.range_m[at], np.float32(0))
+        where, left = sources(mine, light.rays, light.intrinsics, way, np.linalg.inv(way), guess)
+        pixel = where[..., 0]
+        fills, reaches = filled(mine, where, left, light.rays, way)
+        covers += np.float32(weights[side]) * fills
+        far += np.float32(weights[side]) * reaches
+        for k, sent in enumerate(light.returns):
+            strength = np.where(mask, sent.strength[at], 0) * np.float32(weights[side])
+            gather(mine, sent.range_m[at], strength, light.rays, way, where, left, found[k, side])
+    there_is = covers > 0
+    ranges = np.where(there_is, far / np.where(there_is, covers, 1), np.inf)
+    if rest:
+        found[:, :, :, 1] /= np.where(there_is, covers, 1)
+        covers = there_is.astype(np.float32)
+    return _Seen(found, covers, ranges, pixel)

@@ -111,3 +111,20 @@ def gather(direct, ranges, sent, rays, there, where, left, out):
             else:
                 for k in range(4):
                     out[k, 0, v, u], out[k, 1, v, u] = seen[k], changed[k]
+
+
+@njit(nogil=True, cache=True)
+def put(ranges, strength, slot_ranges, slots):
+    """Add light (H, W) to the first of some slots (N, H, W) that is empty in each pixel, or to the mean of the last."""
+    last = slots.shape[0] - 1
+    for v in range(ranges.shape[0]):
+        for u in range(ranges.shape[1]):
+            s = strength[v, u]
+            if not s > 0:
+                continue
+            n = 0
+            while n < last and slots[n, v, u] > 0:
+                n += 1
+            total = slots[n, v, u] + s
+            slot_ranges[n, v, u] = (slot_ranges[n, v, u] * slots[n, v, u] + ranges[v, u] * s) / total
+            slots[n, v, u] = total
