@@ -8,6 +8,7 @@ import numpy as np
 from physics.arrivals import Arrivals, arrivals
 from physics.carried import carried, carriers
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.lags_told import evenly, promised, ratio, two_groups
 from physics.light import Light
 from physics.light_between import around, light_at
 from physics.owning import Unseen
@@ -16,6 +17,8 @@ from physics.told_between import Told, carries
 
 # Parts of a step between frames beyond the first or the last of them at which nobody knows what was there.
 BLIND = 0.3
+# Lags that explain less than this part of a misfit, or less deviance than this, are not what is amiss.
+HARDLY, LEAST = 0.03, 20.0
 # At the image's times, pixel by pixel.
 NOW = {"lag": 0.0, "skew": 0.0, "beyond": 0.0, "carried": 0.0}
 
@@ -121,21 +124,20 @@ class TimeLag(Effect):
         step_s = float(np.median(np.diff(light.time_s))) / 2 if light.frames > 1 else 0.0
         if not step_s > 0:
             return []
-        as_one = {"carried": 1.0} if carries(rendering) else {}
-        later, before = (
-            arrivals(_then({**NOW, **as_one, "lag": side * step_s}, light), rendering.footprints, rendering.clock)
-            for side in (1, -1)
-        )
-        slope = rendering.gain * (later.binned() - before.binned()) / (2 * step_s)
-        weight = slope / np.maximum(expected, 1)
-        told, found = ((weight * of).sum(axis=2) for of in (slope, excess))  # (F, P)
+        as_one: dict[str, Any] = {}
+        told, found = _slopes(as_one, step_s, excess, expected, rendering)
+        # What lags explain hardly anything of is not worth the time that carrying takes.
+        misfit = float((excess**2 / np.maximum(expected, 1)).sum()) - excess.size
+        if promised(told, found, light.time_s) > max(HARDLY * misfit, LEAST) and carries(rendering):
+            as_one = {"carried": 1.0}
+            told, found = _slopes(as_one, step_s, excess, expected, rendering)
         starts = (
-            [start | as_one for start in _evenly(told.sum(axis=1), found.sum(axis=1), light.time_s)] if as_one else []
+            [start | as_one for start in evenly(told.sum(axis=1), found.sum(axis=1), light.time_s)] if as_one else []
         )
         if zones > 1:
             lags = found.sum(axis=0) / np.maximum(told.sum(axis=0), 1e-12)
-            late = _two_groups(lags, told.sum(axis=0))
-            lag, burst = (_ratio(found[:, of].sum(), told[:, of].sum()) for of in (~late, late))
+            late = two_groups(lags, told.sum(axis=0))
+            lag, burst = (ratio(found[:, of].sum(), told[:, of].sum()) for of in (~late, late))
             alone = {"burst": burst - lag, "late": late.astype(float)} | as_one
             starts += [{"lag": lag} | alone, alone]
         for start in starts:
@@ -146,6 +148,20 @@ class TimeLag(Effect):
             }
         # Where nothing moves nothing is told.
         return [start for start in starts if all(start.get(n, 1.0) for n in ("lag", "skew", "burst"))]
+
+
+def _slopes(
+    how: dict[str, Any], step_s: float, excess: np.ndarray, expected: np.ndarray, rendering: Rendering
+) -> tuple[np.ndarray, np.ndarray]:
+    """(F, P) each: information on the lag of each histogram, and score. how: `carried`, or nothing."""
+    later, before = (
+        arrivals(_then({**NOW, **how, "lag": side * step_s}, rendering.light), rendering.footprints, rendering.clock)
+        for side in (1, -1)
+    )
+    slope = rendering.gain * (later.binned() - before.binned()) / (2 * step_s)
+    weight = slope / np.maximum(expected, 1)
+    told, found = ((weight * of).sum(axis=2) for of in (slope, excess))
+    return told, found
 
 
 def _then(values: Values, light: Light) -> Light:
@@ -159,39 +175,10 @@ def _then(values: Values, light: Light) -> Light:
     return light_at(light, time_s, values["beyond"])
 
 
-def _evenly(told: np.ndarray, found: np.ndarray, time_s: np.ndarray) -> list[dict[str, float]]:
-    """Lags of frames (F,), told as well and found as large, that are the same, go with time, or both."""
-    time_s = np.asarray(time_s, float)
-    moments = np.array([[(told * time_s ** (i + j)).sum() for j in range(2)] for i in range(2)])
-    both = np.linalg.lstsq(moments, np.array([found.sum(), (found * time_s).sum()]), rcond=None)[0]
-    lag, skew = _ratio(found.sum(), told.sum()), _ratio((found * time_s).sum(), moments[1, 1])
-    return [{"lag": lag}, {"skew": skew}, {"lag": float(both[0]), "skew": float(both[1])}]
-
-
-def _ratio(of: float, by: float) -> float:
-    """0 where there is nothing to go by."""
-    return float(of / max(by, 1e-12))
-
-
 def late_zones(values: Values, zones: int) -> np.ndarray:
     """(P,) whether each zone is of the second burst."""
     late = np.broadcast_to(np.asarray(values["late"], float), (zones,))
     return np.where(late < 0, np.arange(zones) >= zones / 2, late > 0.5)
-
-
-def _two_groups(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """(P,) which of the values belong to the group farther from 0, of the two that differ most."""
-    order = np.argsort(values)
-    weight, sums = np.cumsum(weights[order])[:-1], np.cumsum((weights * values)[order])[:-1]
-    rest, other = weights.sum() - weight, (weights * values).sum() - sums
-    parts = np.where(
-        (weight > 0) & (rest > 0), sums**2 / np.maximum(weight, 1e-12) + other**2 / np.maximum(rest, 1e-12), 0
-    )
-    at = int(parts.argmax())
-    upper = np.zeros(len(values), bool)
-    upper[order[at + 1 :]] = True
-    farther = abs(other[at]) / max(rest[at], 1e-12) >= abs(sums[at]) / max(weight[at], 1e-12)
-    return upper if farther else ~upper
 
 
 effect = TimeLag()
