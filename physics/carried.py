@@ -15,6 +15,8 @@ from physics.workers import in_parallel
 FAR_M = 1e3
 # So many surfaces are told apart in a pixel; more are taken together with the last of them.
 SLOTS = 8
+# What there is less of is lost in rounding.
+LEAST = 1e-9
 
 
 def carriers(light: Light) -> tuple[Body, ...]:
@@ -124,7 +126,7 @@ def _seen(
         at, way = frames[side], there[side]
         mask = thing.there[at]
         known = mask & (light.range_m[at] > 0)
-        if weights[side] == 0 or not known.any():
+        if weights[side] < LEAST or not known.any():
             continue
         guess = FAR_M if rest else float(np.median(light.range_m[at][known]))
         mine = np.where(known, light.range_m[at], np.float32(0))

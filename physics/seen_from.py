@@ -126,5 +126,5 @@ def put(ranges, strength, slot_ranges, slots):
             while n < last and slots[n, v, u] > 0:
                 n += 1
             total = slots[n, v, u] + s
-            slot_ranges[n, v, u] = (slot_ranges[n, v, u] * slots[n, v, u] + ranges[v, u] * s) / total
+            slot_ranges[n, v, u] += (ranges[v, u] - slot_ranges[n, v, u]) * (s / total)
             slots[n, v, u] = total
