@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from physics.light import Light
 from physics.motion import Motion
-from physics.odometry import BETTER, Views, apparent_motion
+from physics.odometry import BETTER, Views, apparent_motion, views_of
+from physics.seen_from import moved, pixel
 
 # A point has moved where later, or before, one sees through it: what is there is farther, by more than this part.
 THROUGH = 0.03
@@ -38,7 +39,7 @@ class Body:
 
 def bodies(light: Light) -> tuple[Body, ...]:
     """What most of the view is of, first, and up to `MANY` things that move otherwise; in all frames of the light."""
-    views, still = Views.of(light), apparent_motion(light)
+    views, still = views_of(light), apparent_motion(light)
     apart = _things(*_moved(views, still), light.surfaces)
 
     def size(track: dict[int, int]) -> int:
@@ -75,14 +76,11 @@ def _compared(depth, other, normals, rays, intrinsics, step, through, laid):
             z = depth[v, u]
             if not z > 0:
                 continue
-            x, y = z * rays[v, u, 0], z * rays[v, u, 1]
-            px = step[0, 0] * x + step[0, 1] * y + step[0, 2] * z + step[0, 3]
-            py = step[1, 0] * x + step[1, 1] * y + step[1, 2] * z + step[1, 3]
-            pz = step[2, 0] * x + step[2, 1] * y + step[2, 2] * z + step[2, 3]
+            px, py, pz = moved(step, z * rays[v, u, 0], z * rays[v, u, 1], z)
             if not pz > 0:
                 continue
-            row = int(np.rint(intrinsics[1, 1] * py / pz + intrinsics[1, 2]))
-            column = int(np.rint((intrinsics[0, 0] * px + intrinsics[0, 1] * py) / pz + intrinsics[0, 2]))
+            column, row = pixel(intrinsics, px, py, pz)
+            column, row = int(np.rint(column)), int(np.rint(row))
             if row < 1 or column < 1 or row >= height - 1 or column >= width - 1:
                 continue
             farther = True
@@ -103,9 +101,9 @@ def _things(through: np.ndarray, laid: np.ndarray, surfaces: np.ndarray) -> np.n
     for i, pieces in enumerate(surfaces):
         sizes = np.maximum(np.bincount(pieces.ravel()), 1)
         gone, there = (np.bincount(pieces.ravel(), weights=of[i].ravel()) / sizes for of in (through, laid))
-        moved = (gone > MOVED) | (there < LAID)
-        moved[0] = False
-        things, _ = label(moved[pieces] | (through[i] & (pieces == 0)), np.ones((3, 3)))
+        elsewhere = (gone > MOVED) | (there < LAID)
+        elsewhere[0] = False
+        things, _ = label(elsewhere[pieces] | (through[i] & (pieces == 0)), np.ones((3, 3)))
         size = np.bincount(things.ravel())
         size[0] = 0
         out[i] = np.where((size >= SMALL * pieces.size)[things], things, 0)

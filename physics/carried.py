@@ -6,6 +6,7 @@ from itertools import permutations
 import numpy as np
 
 from physics.bodies import Body, bodies
+from physics.kept import kept_of_session
 from physics.light import Light, Return
 from physics.light_between import JUMP, neighbours
 from physics.seen_from import filled, gather, put, sources
@@ -20,22 +21,16 @@ LEAST = 1e-9
 
 
 def carriers(light: Light) -> tuple[Body, ...]:
-    """What moves, as one or each thing by itself, by what better tells the frames of a session from those around them.
-
-    What was worked out for a scene is kept with it.
-    """
-    if light.part_of is not None:
-        every, frames = light.part_of
-        return tuple(replace(body, there=body.there[frames]) for body in carriers(every))
-    kept = light.kept.get(carriers.__qualname__)
-    if kept is None or kept[0] is not light.range_m:
-        kept = light.range_m, _carriers(light)
-        light.kept[carriers.__qualname__] = kept
-    return kept[1]
+    """What moves, as one or each thing by itself, by what tells frames of a session better from those around them."""
+    things = _carriers(light)
+    if light.part_of is None:
+        return things
+    return tuple(replace(thing, there=thing.there[light.part_of[1]]) for thing in things)
 
 
+@kept_of_session
 def _carriers(light: Light) -> tuple[Body, ...]:
-    """See above."""
+    """By ranges, and by what is near more than by what is far, as light is."""
     each = bodies(light)
     if len(each) == 1:
         return each
@@ -46,7 +41,7 @@ def _carriers(light: Light) -> tuple[Body, ...]:
         guess = carried(light, things, *neighbours(times), times).range_m
         known = (light.range_m > 0) & (guess > 0)
         ratio = np.log(np.where(known, guess, 1) / np.where(known, light.range_m, 1))
-        return float((light.returns[0].strength * np.minimum(np.abs(ratio), JUMP))[known].sum())
+        return float((np.minimum(np.abs(ratio), JUMP)[known] / light.range_m[known] ** 2).sum())
 
     return min((together, each), key=off)
 

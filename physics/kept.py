@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import wraps
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,6 +19,7 @@ ROUNDING = 1e-9
 
 # Light, footprints, clock, and how, to (F, P, J) light by knot of the clock's lattice.
 Sum = Callable[..., np.ndarray]
+Made = TypeVar("Made")
 
 
 def same_knots(clock: Clock, other: Clock) -> bool:
@@ -43,6 +45,26 @@ def kept_with_light(make: Sum) -> Sum:
 def kept_with_scene(make: Sum) -> Sum:
     """The same of what goes by ranges and assumed reflectance alone: for all light that these send back."""
     return _kept(make, lambda light: light.kept, lambda light: (light.range_m, light.assumed_reflectance))
+
+
+def kept_of_session(make: Callable[..., Made]) -> Callable[..., Made]:
+    """The function `make` of light, which is asked once for what the ranges of all frames of a session tell.
+
+    Of some of the frames it tells what all of them do. What it gives is to be read only.
+    """
+    name = f"_{make.__module__}.{make.__qualname__}"
+
+    @wraps(make)
+    def kept(light: Light, *more: Any) -> Made:
+        if light.part_of is not None:
+            return kept(light.part_of[0], *more)
+        found = light.kept.get(name)
+        if found is None or found[0] is not light.range_m:
+            found = light.range_m, make(light, *more)
+            light.kept[name] = found
+        return found[1]
+
+    return kept
 
 
 def _kept(make: Sum, store: Callable[[Light], dict], things: Callable[[Light], tuple]) -> Sum:

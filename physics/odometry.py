@@ -7,9 +7,11 @@ import numpy as np
 from numba import njit
 from scipy.spatial.transform import Rotation
 
+from physics.kept import kept_of_session
 from physics.light import Light
 from physics.motion import Motion
 from physics.normals import vector_areas
+from physics.seen_from import moved, pixel
 from physics.workers import in_parallel
 
 # Points that are farther from a surface than these parts of their range are not of it: to find it, then to fit it.
@@ -25,6 +27,7 @@ BETTER = 0.05
 LITTLE = 2e-3
 
 
+@kept_of_session
 def apparent_motion(light: Light) -> Motion:
     """The motion of a camera for which most of what is seen stands still; in all frames of the session.
 
@@ -33,29 +36,16 @@ def apparent_motion(light: Light) -> Motion:
     seen (Blais and Levine 1995, IEEE PAMI 17, 820), with Tukey's biweight of the distance over the range. It begins at
     the motion that was recorded, or with none and with that of the step before, and straight ahead by what most comes
     nearer, and takes what lays more points on surfaces; where the first does so for many to a thousandth it is left at
-    that. Of what it sees nothing of, a camera that slides along a wall, it keeps that beginning. What was worked out
-    for a scene is kept with it.
+    that. Of what it sees nothing of, a camera that slides along a wall, it keeps that beginning.
     """
-    if light.part_of is not None:
-        return apparent_motion(light.part_of[0])
-    kept = light.kept.get(apparent_motion.__qualname__)
-    if kept is None or kept[0] is not light.range_m:
-        kept = light.range_m, _apparent_motion(light)
-        light.kept[apparent_motion.__qualname__] = kept
-    return kept[1]
-
-
-def _apparent_motion(light: Light) -> Motion:
-    """See above."""
-    views = Views.of(light)
+    views = views_of(light)
     known = None if light.motion is None else light.motion.at(light.time_s)
     pairs = list(pairwise(range(len(views.depth))))
     steps = [np.eye(4) if known is None else np.linalg.solve(known[i], known[j]) for i, j in pairs]
     left = [views.left(i, j, step, EXACT) for (i, j), step in zip(pairs, steps, strict=True)]
     if not pairs or np.median(left) < 1 - STILL:
-        return Motion(
-            np.asarray(light.time_s, float), np.tile(np.eye(4), (light.frames, 1, 1)) if known is None else known
-        )
+        still = np.tile(np.eye(4), (light.frames, 1, 1))
+        return Motion(np.asarray(light.time_s, float), still if known is None else known)
     way, step = [np.eye(4) if known is None else known[0]], np.eye(4)
     for (i, j), thought in zip(pairs, steps, strict=True):
         starts = (thought, step, views.nearer(i, j)) if known is None else (thought, views.nearer(i, j))
@@ -75,15 +65,6 @@ class Views:
     normals: np.ndarray
     rays: np.ndarray
     intrinsics: np.ndarray
-
-    @classmethod
-    def of(cls, light: Light) -> "Views":
-        """All frames of light."""
-        ranges = np.where(np.isfinite(light.range_m), light.range_m, 0).astype(float)
-        areas = np.stack(in_parallel(lambda i: vector_areas(light, i), range(light.frames)))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            normals = areas / np.linalg.norm(areas, axis=-1, keepdims=True)
-        return cls(ranges / np.linalg.norm(light.rays, axis=-1), normals, light.rays, light.intrinsics)
 
     def middle(self, i: int, there: np.ndarray) -> np.ndarray:
         """(3,) metres: the middle of the points that some pixels (H, W) of a frame see."""
@@ -115,23 +96,33 @@ class Views:
         return float(_equations(*there, motion, within)[2])
 
 
+@kept_of_session
+def views_of(light: Light) -> Views:
+    """All frames of a session."""
+    ranges = np.where(np.isfinite(light.range_m), light.range_m, 0).astype(float)
+    areas = np.stack(in_parallel(lambda i: vector_areas(light, i), range(light.frames)))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        normals = areas / np.linalg.norm(areas, axis=-1, keepdims=True)
+    return Views(ranges / np.linalg.norm(light.rays, axis=-1), normals, light.rays, light.intrinsics)
+
+
 def aligned(
     depth: np.ndarray,
     normals: np.ndarray,
-    moved: np.ndarray,
+    other: np.ndarray,
     rays: np.ndarray,
     intrinsics: np.ndarray,
     start: np.ndarray,
 ) -> tuple[np.ndarray, float]:
     """(4, 4) from the camera's frame of another image (H, W) to that of this one, and how much is not laid on surfaces.
 
-    depth: (H, W) metres along z, 0 where unknown; normals: (H, W, 3), NaN where unknown. moved: (H, W) depth of the
-    other. start: (4, 4). The second is the mean loss over the other's points, 0 to 1.
+    depth: (H, W) metres along z, 0 where unknown; normals: (H, W, 3), NaN where unknown. other: (H, W) its
+    depth. start: (4, 4). The second is the mean loss over the other's points, 0 to 1.
     """
     here, loss = start.copy(), 1.0
     for within in WITHIN:
         for _ in range(STEPS):
-            information, score, loss = _equations(depth, normals, moved, rays, intrinsics, here, within)
+            information, score, loss = _equations(depth, normals, other, rays, intrinsics, here, within)
             told, along = np.linalg.eigh(information)
             if not told[-1] > 0:
                 return here, 1.0
@@ -145,26 +136,23 @@ def aligned(
 
 
 @njit(nogil=True, cache=True)
-def _equations(depth, normals, moved, rays, intrinsics, here, within):
+def _equations(depth, normals, other, rays, intrinsics, here, within):
     """(6, 6) information and (6,) score of a small turn and shift after `here`; mean of Tukey's loss, 1 at most."""
     height, width = depth.shape
     information, score = np.zeros((6, 6)), np.zeros(6)
     lost, points, slope = 0.0, 0, np.empty(6)
     for v in range(height):
         for u in range(width):
-            z = moved[v, u]
+            z = other[v, u]
             if not z > 0:
                 continue
             points += 1
             lost += 1.0
-            x, y = z * rays[v, u, 0], z * rays[v, u, 1]
-            px = here[0, 0] * x + here[0, 1] * y + here[0, 2] * z + here[0, 3]
-            py = here[1, 0] * x + here[1, 1] * y + here[1, 2] * z + here[1, 3]
-            pz = here[2, 0] * x + here[2, 1] * y + here[2, 2] * z + here[2, 3]
+            px, py, pz = moved(here, z * rays[v, u, 0], z * rays[v, u, 1], z)
             if not pz > 0:
                 continue
-            row = int(np.rint(intrinsics[1, 1] * py / pz + intrinsics[1, 2]))
-            column = int(np.rint((intrinsics[0, 0] * px + intrinsics[0, 1] * py) / pz + intrinsics[0, 2]))
+            column, row = pixel(intrinsics, px, py, pz)
+            column, row = int(np.rint(column)), int(np.rint(row))
             if row < 0 or column < 0 or row >= height or column >= width:
                 continue
             there, normal = depth[row, column], normals[row, column]

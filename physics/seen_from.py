@@ -12,6 +12,23 @@ ONE_SURFACE = 0.02
 
 
 @njit(nogil=True, cache=True)
+def moved(there, x, y, z):
+    """A point (3,) as another camera sees it."""
+    return (
+        there[0, 0] * x + there[0, 1] * y + there[0, 2] * z + there[0, 3],
+        there[1, 0] * x + there[1, 1] * y + there[1, 2] * z + there[1, 3],
+        there[2, 0] * x + there[2, 1] * y + there[2, 2] * z + there[2, 3],
+    )
+
+
+@njit(nogil=True, cache=True)
+def pixel(intrinsics, x, y, z):
+    """Column and row, as fractions of pixels too, where a camera sees a point ahead of it."""
+    column = (intrinsics[0, 0] * x + intrinsics[0, 1] * y) / z + intrinsics[0, 2]
+    return column, intrinsics[1, 1] * y / z + intrinsics[1, 2]
+
+
+@njit(nogil=True, cache=True)
 def filled(ranges, where, left, rays, there):
     """(2, H, W) how much of each pixel is filled by what four pixels of a frame see, and its range in that sum."""
     height, width = ranges.shape
@@ -29,16 +46,6 @@ def filled(ranges, where, left, rays, there):
                 out[0, v, u] += left[v, u, k]
                 out[1, v, u] += left[v, u, k] * np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2)
     return out
-
-
-@njit(nogil=True, cache=True)
-def moved(there, x, y, z):
-    """A point (3,) as another camera sees it."""
-    return (
-        there[0, 0] * x + there[0, 1] * y + there[0, 2] * z + there[0, 3],
-        there[1, 0] * x + there[1, 1] * y + there[1, 2] * z + there[1, 3],
-        there[2, 0] * x + there[2, 1] * y + there[2, 2] * z + there[2, 3],
-    )
 
 
 @njit(nogil=True, cache=True)
@@ -65,8 +72,7 @@ def sources(ranges, rays, intrinsics, there, back, guess):
                     depth = max(moved(there, z * one[0], z * one[1], z * one[2])[2], LEAST_M)
                 at = moved(back, depth * ray[0], depth * ray[1], depth * ray[2])
                 if at[2] > 0:
-                    x = intrinsics[0, 0] * at[0] / at[2] + intrinsics[0, 2]
-                    y = intrinsics[1, 1] * at[1] / at[2] + intrinsics[1, 2]
+                    x, y = pixel(intrinsics, at[0], at[1], at[2])
             x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
             column, row = min(int(x), max(width - 2, 0)), min(int(y), max(height - 2, 0))
             across, down = x - column, y - row

@@ -7,6 +7,7 @@ from scipy.ndimage import uniform_filter1d
 
 from physics.arrivals import arrivals
 from physics.carried import carried, carriers
+from physics.kept import kept_of_session
 from physics.light import Light, Return
 from physics.light_between import JUMP, from_neighbours, neighbours
 from physics.rendering import Rendering
@@ -90,18 +91,17 @@ class Told:
 
 def carries(rendering: Rendering) -> bool:
     """Whether frames of a session are guessed better by carrying surfaces along with the camera, pixels and all."""
-    light = rendering.light
-    if light.part_of is not None:
-        return carries(replace(rendering, light=light.part_of[0]))
-    if light.frames < FRAMES:
+    return _carries(rendering.light, rendering)
+
+
+@kept_of_session
+def _carries(every: Light, rendering: Rendering) -> bool:
+    """See above. every: light of all frames."""
+    if every.frames < FRAMES:
         return False
-    kept = light.kept.get(carries.__qualname__)
-    if kept is None or kept[0] is not light.range_m:
-        by_motion, by_pixel = (Told.of(rendering, way) for way in (True, False))
-        off = [float((told.surfaces + told.edges).sum()) for told in (by_motion, by_pixel)]
-        kept = light.range_m, off[0] < CLEARLY * off[1]
-        light.kept[carries.__qualname__] = kept
-    return kept[1]
+    ways = (Told.of(replace(rendering, light=every), by_motion) for by_motion in (True, False))
+    carried_on, by_pixel = (float((told.surfaces + told.edges).sum()) for told in ways)
+    return carried_on < CLEARLY * by_pixel
 
 
 def together(change: np.ndarray) -> float:

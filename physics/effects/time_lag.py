@@ -30,10 +30,10 @@ class TimeLag(Effect):
 
     What it sees then is taken pixel by pixel from the two frames around that time, range and strength linear in
     between; where an edge passes, part of the light of either (`light_at`). What it sees before the first frame and
-    after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`. Where what is seen
-    moves as one thing, a scene before a camera that moves, or something large that is carried about, it is `carried`:
-    seen from where the camera is by then (`carried.carried`), by the motion that frames show (`odometry`). Then edges
-    are in place. Whether frames are guessed better so, from those before and after, says whether a fit begins so.
+    after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`. Where it is known
+    what moves how, the scene before a camera and things in it, all is `carried`: seen from where the camera is by then,
+    things where they are (`carried.carried`), by the motions that frames show (`odometry`, `bodies`). Then edges are in
+    place. Whether frames are guessed better so, from those before and after, says whether a fit begins so.
 
     A sensor with more zones than converters measures them in two bursts: some zones look `burst` seconds later still,
     those of which `late` is 1. What either sees then is what surfaces send back directly; where zones look, and what
@@ -74,7 +74,9 @@ class TimeLag(Effect):
             sentence="1 for zones of the second burst, 0 for others; -1 where those of the second half are.",
         ),
         Parameter("beyond", "1", 0.0, 1.0, 0.0, "How far things move on before the first frame and after the last."),
-        Parameter("carried", "1", 0.0, 1.0, 0.0, "1 where what is seen moves as one thing, 0 where pixel by pixel."),
+        Parameter(
+            "carried", "1", 0.0, 1.0, 0.0, "1, or more than half, where things are carried along; else pixel by pixel."
+        ),
     )
 
     def reach(self, values: Values) -> tuple[float, float]:
@@ -118,27 +120,25 @@ class TimeLag(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Lags that explain most of an excess; and zones in two groups, by what they are in each by itself.
 
-        Where frames say that what is seen moves as one thing it is carried.
+        Where frames say that things are carried along they are.
         """
         light, zones = rendering.light, expected.shape[1]
         step_s = float(np.median(np.diff(light.time_s))) / 2 if light.frames > 1 else 0.0
         if not step_s > 0:
             return []
-        as_one: dict[str, Any] = {}
-        told, found = _slopes(as_one, step_s, excess, expected, rendering)
+        along: dict[str, Any] = {}
+        told, found = _slopes(along, step_s, excess, expected, rendering)
         # What lags explain hardly anything of is not worth the time that carrying takes.
         misfit = float((excess**2 / np.maximum(expected, 1)).sum()) - excess.size
         if promised(told, found, light.time_s) > max(HARDLY * misfit, LEAST) and carries(rendering):
-            as_one = {"carried": 1.0}
-            told, found = _slopes(as_one, step_s, excess, expected, rendering)
-        starts = (
-            [start | as_one for start in evenly(told.sum(axis=1), found.sum(axis=1), light.time_s)] if as_one else []
-        )
+            along = {"carried": 1.0}
+            told, found = _slopes(along, step_s, excess, expected, rendering)
+        starts = [start | along for start in evenly(told.sum(axis=1), found.sum(axis=1), light.time_s)] if along else []
         if zones > 1:
             lags = found.sum(axis=0) / np.maximum(told.sum(axis=0), 1e-12)
             late = two_groups(lags, told.sum(axis=0))
             lag, burst = (ratio(found[:, of].sum(), told[:, of].sum()) for of in (~late, late))
-            alone = {"burst": burst - lag, "late": late.astype(float)} | as_one
+            alone = {"burst": burst - lag, "late": late.astype(float)} | along
             starts += [{"lag": lag} | alone, alone]
         for start in starts:
             start |= {

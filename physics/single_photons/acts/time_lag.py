@@ -8,6 +8,7 @@ from physics.effect import Values
 from physics.single_photons.draw import by_zone, returned
 from physics.single_photons.looking import Looking, looking_so
 from physics.single_photons.world import NO_PIXEL, Photons, World
+from recordings.refusal import Refusal
 
 # A surface whose range changes by more than this, beyond what half of the image does, has not moved: another has come.
 ANOTHER = 0.05
@@ -18,6 +19,8 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
 
     Where another surface has come, each photon is drawn to come from the one or the other.
     """
+    if values["carried"] > 0.5:
+        raise Refusal("time_lag: carried is 1, expected 0 where photons are drawn one by one: they go pixel by pixel")
     if values["burst"]:
         return world
     return _then(world, values)

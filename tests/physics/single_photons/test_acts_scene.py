@@ -9,6 +9,7 @@ from physics.effects import find_effect
 from physics.single_photons.acts import find_act, multipath
 from physics.single_photons.draw import counts_of
 from physics.single_photons.world import Photons
+from recordings.refusal import Refusal
 
 C = 299_792_458.0
 NOBODY = Photons(*(np.zeros(0, kind) for kind in (np.int32, float, np.int32, np.int32)))
@@ -180,3 +181,8 @@ def test_a_pulse_that_roams_is_anywhere_and_the_same_in_all_zones(both):
     there = counts[:, 3].sum(axis=1) > 500
     peaks = counts[there].argmax(axis=2)
     assert np.median(np.abs(peaks[:, 0] - peaks[:, 3])) <= 1
+
+
+def test_photons_of_a_lag_go_pixel_by_pixel_and_nothing_else_is_drawn_in_silence(world):
+    with pytest.raises(Refusal, match="carried is 1, expected 0"):
+        acted(world, "time_lag", lag=0.03, carried=1.0)
