@@ -18,7 +18,7 @@ from physics.told_between import Told, carries
 # Parts of a step between frames beyond the first or the last of them at which nobody knows what was there.
 BLIND = 0.3
 # Lags that explain less than this part of a misfit, or less deviance than this, are not what is amiss.
-HARDLY, LEAST = 0.03, 20.0
+HARDLY, LEAST = 0.1, 20.0
 # At the image's times, pixel by pixel.
 NOW = {"lag": 0.0, "skew": 0.0, "beyond": 0.0, "carried": 0.0}
 
