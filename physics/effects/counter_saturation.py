@@ -52,7 +52,9 @@ class CounterSaturation(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """The mean of clipped Poisson counts."""
         mean, ceiling = rendering.expected, np.asarray(values["ceiling"], float)
-        return mean + values["lost"] * (_shown(mean, ceiling[:, None] if ceiling.ndim else ceiling) - mean)
+        shown = _shown(mean, ceiling[:, None] if ceiling.ndim else ceiling)
+        # Not the mean less what is lost: of a mean of millions, rounding would be left on top of a low ceiling.
+        return (1 - values["lost"]) * mean + values["lost"] * shown
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A counter that goes on to count most of what comes has not stopped."""

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import poisson
 
@@ -31,6 +31,7 @@ def test_counts_drawn_and_clipped_agree():
 
 
 @given(mean=st.floats(0, 1e8), ceiling=st.floats(2, 1e7), lost=st.floats(0, 1))
+@example(mean=33554435.0, ceiling=2.31, lost=0.0)
 def test_never_above_the_ceiling_nor_above_what_came(mean, ceiling, lost):
     assert shown(mean, ceiling) <= ceiling * (1 + 1e-9)
     assert 0 <= shown(mean, ceiling, lost) <= mean * (1 + 1e-9)
