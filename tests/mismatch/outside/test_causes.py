@@ -187,25 +187,6 @@ def test_a_lens_pulls_maps_outward(scene, maps, axis):
     np.testing.assert_allclose(moved.weights[:, 2, 3], read / where.scale, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("values", "turned"), [({"roll": 0.03}, (-0.03, 0.0)), ({"zoom": 0.04}, (0.0, 0.04))])
-def test_maps_are_turned_and_scaled_about_the_centre(scene, maps, values, turned):
-    _, light, clock = scene
-    where, (width, height) = footprints(maps, light.range_m.shape[1:]), maps.image_size
-    cause = CAUSES["turned_maps"].at(**values)
-    moved = cause.effect.footprints(cause.values, Rendering(light, where, clock, 1.0))
-    x, y = where.x_px[3, 12], where.y_px[3, 12]
-    beside = CAUSES["turned_maps"].at(**values, x=4.0, y=-7.0)
-    displaced = beside.effect.footprints(beside.values, Rendering(light, where, clock, 1.0))
-    # Read where a complex number turned by -roll and shrunk by zoom lies.
-    roll, zoom = turned
-    at = ((x - (width - 1) / 2) + 1j * (y - (height - 1) / 2)) * (1 - zoom + 1j * roll)
-    read = where.field.faded(np.array([at.real + (width - 1) / 2]), np.array([at.imag + (height - 1) / 2]))[:, 0]
-    np.testing.assert_allclose(moved.weights[:, 3, 12], read / where.scale, rtol=1e-6)
-    at += -4.0 + 7.0j
-    read = where.field.faded(np.array([at.real + (width - 1) / 2]), np.array([at.imag + (height - 1) / 2]))[:, 0]
-    np.testing.assert_allclose(displaced.weights[:, 3, 12], read / where.scale, rtol=1e-6)
-
-
 # A grid of 2 rows and 2 columns: which zone's light each receives, -1 where there is none.
 @pytest.mark.parametrize(
     ("of", "there"), [(1, [3, 2, 1, 0]), (2, [1, 0, 3, 2]), (3, [2, 3, 0, 1]), (4, [-1, 0, 1, 2]), (5, [1, 2, 3, -1])]

@@ -40,6 +40,17 @@ def test_a_whole_pixel_rolls_the_scene_the_other_way(small, faint):
     np.testing.assert_allclose(found, aside, atol=1e-5 * aside.max())
 
 
+@settings(deadline=None, max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(x=st.floats(-40, 40), y=st.floats(-40, 40), turn=st.floats(-0.3, 0.3), zoom=st.floats(-0.2, 0.2))
+def test_counts_are_those_of_a_scan_that_was_turned_and_enlarged(small, faint, x, y, turn, zoom):
+    about = (848 - 1) / 2 + 1j * (480 - 1) / 2
+    scan = about + (faint.xs + 1j * faint.ys - about) * (1 + zoom) * np.exp(1j * turn) + x + 1j * y
+    here, there = footprints(faint, (6, 10)), footprints(replace(faint, xs=scan.real, ys=scan.imag), (6, 10))
+    found = ForwardModel(small.light, here, small.clock).expected(1e3, [effect.at(x=x, y=y, turn=turn, zoom=zoom)])
+    wanted = ForwardModel(small.light, there, small.clock).expected(1e3) * there.scale / here.scale
+    np.testing.assert_allclose(found, wanted, atol=1e-5 * wanted.max())
+
+
 def test_a_mount_that_slips_has_moved_by_as_much_in_each_frame(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     found = model.expected(1e3, [effect.at(x=9.0, y=-4.0, slip_x=-80.0, slip_y=60.0)])
