@@ -8,7 +8,6 @@ from threadpoolctl import threadpool_limits
 
 from mismatch.candidates import MINOR, MINOR_PART
 from mismatch.doubts import doubts
-from mismatch.economy import economical
 from mismatch.fit import Fit, expected_at, fit, fit_nominal, on_others
 from mismatch.form import all_forms
 from mismatch.leftover import what_is_left
@@ -19,13 +18,13 @@ from mismatch.noise import frame_gain_sigma
 from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
 from mismatch.refined import divided
-from mismatch.search import search
+from mismatch.search import searched
 from mismatch.selection import MOST_EFFECTS, Round
 from mismatch.simulation import Simulation
 from mismatch.unseen import marginal_deviance
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
-from mismatch.work import MOST_RENDERINGS, Work
+from mismatch.work import MOST_RENDERINGS
 
 # What is left of a misfit, as a part of what was explained, that does not make an explanation wrong: formulas of one
 # cause differ by as much.
@@ -65,9 +64,8 @@ def explain(simulation: Simulation, notes: tuple[str, ...] = ()) -> Explanation:
 def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Explanation:
     """See `explain`."""
     frames, zones, bins = simulation.counts.shape
-    simulation = replace(economical(simulation), work=Work())
     forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
-    found = search(simulation, forms)
+    simulation, found = searched(simulation, forms)
     train, test, rounds, judged, contests = found.train, found.test, found.rounds, found.judged, found.contests
     every, simulation = simulation, found.simulation
     notes = (*notes, *found.notes, *_cut_short(simulation))  # Here, as what follows renders more and searches no more.

@@ -10,8 +10,9 @@ from mismatch.blocks import halves
 from mismatch.fit import fit_nominal
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
-from physics.arrivals import arrivals
+from physics.arrivals import Arrivals, arrivals
 from physics.clock import NOTHING, Clock
+from physics.effect import Setting, in_order
 from physics.pulse import ImpulseResponse
 
 # Bins before and after an estimated response in which there may be more of it; turns in which it is told how much, and
@@ -23,8 +24,10 @@ FAR = 100.0
 ROUNDS, STEPS, FARTHEST_BINS = 6, 30, 0.3
 
 
-def likelier_clock(simulation: Simulation) -> Clock:
+def likelier_clock(simulation: Simulation, gain: float = 1.0, settings: tuple[Setting, ...] = ()) -> Clock:
     """The clock of a simulation with the response and delays of zones likeliest of its frames that choose.
+
+    gain, settings: a model of it, beside which they are to be; the nominal one if none is given.
 
     As they were estimated, gain and lateness of each zone and frame were free, the response was smooth, and ended where
     frames laid over one another did not show it; here all counts share one gain, and what comes earlier and later is
@@ -33,14 +36,15 @@ def likelier_clock(simulation: Simulation) -> Clock:
     stays as smooth as it was. Delays have the mean 0: what all share is the response's. Where the nominal model is far
     off, as beside real scenes, it would take up what is amiss, and the clock stays.
     """
-    part = simulation.of(halves(len(simulation.counts))[0])
-    if fit_nominal(part).deviance > FAR * part.counts.size:
+    chosen = halves(len(simulation.counts))[0]
+    part = simulation.of(chosen)
+    if not settings and fit_nominal(part).deviance > FAR * part.counts.size:
         return simulation.clock
-    background = np.asarray(simulation.background, float)
     alive = np.flatnonzero(part.counts.any(axis=(0, 2)))
     clock = _longer(part.clock)
     for turn in range(ROUNDS):
-        cells = _Cells(part, clock, alive, background)
+        part = replace(simulation, clock=clock).of(chosen)
+        cells = _Cells(part, _light(part, settings), alive, gain, settings)
         response = cells.with_ends() if turn == 0 else cells.response * cells.gain
         for _ in range(STEPS):
             response = cells.stepped(response)
@@ -64,11 +68,33 @@ def _longer(clock: Clock) -> Clock:
     return replace(clock, pulse=ImpulseResponse(first + pulse.step_s * np.arange(len(probability)), probability))
 
 
-class _Cells:
-    """Counts of zones beside the light that each step of the response would put there."""
+def _light(part: Simulation, settings: tuple[Setting, ...]) -> Arrivals:
+    """What arrives at zones by effects that are there in all frames and look at none but their own."""
+    now = part.rendering(1.0)
+    acting = [s for s in in_order(settings) if not s.since_s and not s.effect.mixes(s.values)]
+    for noun in ("light", "footprints", "arrivals"):
+        if noun == "arrivals":
+            now = replace(now, arrivals=arrivals(now.light, now.footprints, now.clock))
+        for setting in acting:
+            if noun in setting.effect.changes:
+                now = replace(now, **{noun: setting.effect.apply(noun, setting.values, now)})
+    return now.arrivals
 
-    def __init__(self, part: Simulation, clock: Clock, alive: np.ndarray, background: np.ndarray) -> None:
-        light = arrivals(part.light, part.footprints, clock)
+
+class _Cells:
+    """Counts of zones beside the light that each step of the response would put there, and what else there is.
+
+    That is what no laser sent; and, where there are `settings`, by how much counts differ from that light by those that
+    act on something else.
+    """
+
+    def __init__(
+        self, part: Simulation, light: Arrivals, alive: np.ndarray, gain: float, settings: tuple[Setting, ...]
+    ) -> None:
+        clock = part.clock
+        rest = np.broadcast_to(np.asarray(part.background, float)[:, None], part.counts.shape)
+        if settings:
+            rest = part.expected(gain, settings) - gain * light.binned()
         self.per_bin, self.step_s = light.lattice.per_bin, light.lattice.step_s
         self.response = np.diff(light.lattice.cumulative)
         # The lattice leaves out what is nothing at the beginning and at the end.
@@ -79,13 +105,13 @@ class _Cells:
             design = in_steps(light, zone).reshape(-1, len(self.response))
             reached = design.any(axis=1)
             seen = part.counts[:, zone].ravel()[reached]
-            self.zones.append((design[reached].astype(np.float32), seen, float(background[zone])))
+            self.zones.append((design[reached].astype(np.float32), seen, rest[:, zone].ravel()[reached]))
 
     @property
     def gain(self) -> float:
         """Counts beyond the background over light."""
         light = sum(float((design @ self.response).sum()) for design, _, _ in self.zones)
-        return max(sum(float(seen.sum()) - level * len(seen) for _, seen, level in self.zones), 1.0) / max(light, LEAST)
+        return max(sum(float((seen - level).sum()) for _, seen, level in self.zones), 1.0) / max(light, LEAST)
 
     def with_ends(self) -> np.ndarray:
         """(N,) the response with what comes before and after it, even within each bin, where counts are sure of it.

@@ -4,15 +4,18 @@ from dataclasses import dataclass, replace
 
 from mismatch.beginnings import likeliest_selection, unjudged
 from mismatch.blocks import halves
+from mismatch.economy import economical
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.gained import falls_short
 from mismatch.leftover import what_is_left
+from mismatch.likelier_response import likelier_clock
 from mismatch.naming import Contest, contested
-from mismatch.selection import Round, onward
+from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
 from mismatch.trust import as_given, trusted
 from mismatch.unseen import owns_up
+from mismatch.work import Work
 
 ONE_BY_ONE = "what is amiss shows in few frames; single frames were held out, not blocks of them"
 # Standard deviations by which a cause must stand out on frames held out that is likelier for what it leaves uncertain.
@@ -36,6 +39,23 @@ class Search:
     judged: Fit
     contests: list[Contest]
     notes: tuple[str, ...]
+
+
+def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Search]:
+    """The effects, of all that there are, that stand in a recording; and its simulation, as it was searched.
+
+    A response that was estimated holds what was amiss when nobody knew of it, and beside the cause that takes a name of
+    its own, or is left. Then it is estimated anew, beside what explains most, and all is sought once more.
+    """
+    cheap = replace(economical(simulation), work=Work())
+    found = search(cheap, forms)
+    names = found.judged.forms
+    if not (simulation.guessed and names and (len(names) > 1 or what_is_left(found.train, found.judged))):
+        return cheap, found
+    most = max(range(len(names)), key=lambda i: without(found.train, found.judged, names[i], 0).deviance)
+    clock = likelier_clock(simulation, found.judged.gain, (found.judged.settings[most],))
+    cheap = replace(economical(replace(simulation, clock=clock)), work=Work())
+    return cheap, search(cheap, forms)
 
 
 def search(simulation: Simulation, forms: list[Form]) -> Search:

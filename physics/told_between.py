@@ -18,6 +18,8 @@ BINS = 3
 FRAMES = 4
 # What is carried must be off by less than this part of what interpolation is.
 CLEARLY = 0.5
+# Interpolation tells next to nothing of lags where it is off by more than this part of what frames differ by.
+BLINDLY = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +104,12 @@ def _carries(every: Light, rendering: Rendering) -> bool:
     ways = (Told.of(replace(rendering, light=every), by_motion) for by_motion in (True, False))
     carried_on, by_pixel = (float((told.surfaces + told.edges).sum()) for told in ways)
     return carried_on < CLEARLY * by_pixel
+
+
+def jumps(rendering: Rendering) -> bool:
+    """Whether so much moves from frame to frame that interpolation does not tell what is in between."""
+    told = Told.of(rendering, False)
+    return float((told.surfaces + told.edges).sum()) > BLINDLY * float(told.steps.sum())
 
 
 def together(change: np.ndarray) -> float:

@@ -25,6 +25,10 @@ class FootprintBlur(Effect):
     their sum, or to part of the way. With amount 1, to first order, their variance falls by as much as is said as long
     as nothing reaches 0. Where patch or motion are longer one way, the variance is exp(taller) times as large down
     the image, and as much smaller along it.
+
+    Micro-optics that scatter add a `haze`: so much of each map is blurred by the wide variance, the rest is as it was.
+    A scan that counts bright places too few, as pile-up does, gives maps that fall off more slowly than zones, about as
+    a power of them: zones are `steeper`, maps to the power of 1 + steeper, with the sum they had.
     """
 
     id = "footprint_blur"
@@ -39,7 +43,14 @@ class FootprintBlur(Effect):
         ),
         LookAlike("footprint_shift", "Let an edge enter the field from either side: a blur is early on both."),
     )
-    forms = (("variance",), ("variance", "flat"), ("variance", "taller"), ("variance", "amount", "kept"))
+    forms = (
+        ("variance",),
+        ("variance", "flat"),
+        ("variance", "taller"),
+        ("variance", "amount", "kept"),
+        ("haze", "wide"),
+        ("steeper",),
+    )
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(
@@ -86,30 +97,38 @@ class FootprintBlur(Effect):
             start=1.0,
             sentence="1 where sharpened maps have the sum they had, 0 where what would be below 0 is cut off.",
         ),
+        Parameter("haze", "1", 0.0, 1.0, 0.05, "Part of each map that is blurred widely.", vanishes_at=0.0),
+        # A standard deviation of 50 px, a third of a zone or so.
+        Parameter("wide", "px²", 100.0, 40000.0, 2500.0, "Square of that blur's standard deviation."),
+        Parameter("steeper", "1", -0.8, 3.0, 0.05, "Power of the maps that zones are, less 1.", vanishes_at=0.0),
     )
 
     def redraws_maps(self, values: Values) -> bool:
         """Wherever it is there."""
-        return bool(values["variance"])
+        return bool(values["variance"] or values["haze"] or values["steeper"])
 
     def footprints(self, values: Values, rendering: Rendering) -> Footprints:
         """Footprints of maps that are blurred or sharpened before they are moved."""
-        if values["variance"] == 0:
+        if not self.redraws_maps(values):
             return rendering.footprints
-        return rendering.footprints.redrawn(
-            Blur(*(values[n] for n in ("variance", "amount", "kept", "taller", "flat")))
-        )
+        return rendering.footprints.redrawn(Blur(*(values[parameter.name] for parameter in self.parameters)))
 
 
 @dataclass(frozen=True)
 class Blur:
-    """Maps (P, Y, X) of zones, blurred by a variance in pixels squared; sharpened where it is negative."""
+    """Maps (P, Y, X) of zones, blurred by a variance in pixels squared; sharpened where it is negative.
+
+    Then hazy, and steeper. All as the parameters of the effect.
+    """
 
     variance_px2: float
-    amount: float = 1.0
-    kept: float = 1.0
     taller: float = 0.0
     flat: float = 0.0
+    amount: float = 1.0
+    kept: float = 1.0
+    haze: float = 0.0
+    wide_px2: float = 2500.0
+    steeper: float = 0.0
 
     def __call__(self, table: np.ndarray) -> np.ndarray:
         """(P, Y, X) of the same kind of numbers."""
@@ -117,6 +136,17 @@ class Blur:
 
     def _zone(self, zone: np.ndarray) -> np.ndarray:
         """(Y, X) of one zone."""
+        zone = self._blurred(zone) if self.variance_px2 else zone
+        if self.haze:
+            zone = zone + self.haze * (blurred(zone, self.wide_px2) - zone)
+        most = zone.max()
+        if not self.steeper or not most > 0:
+            return zone
+        steep = (zone / most) ** (1 + self.steeper)
+        return steep * (zone.sum(dtype=float) / steep.sum(dtype=float))
+
+    def _blurred(self, zone: np.ndarray) -> np.ndarray:
+        """(Y, X) of one zone, blurred or sharpened."""
         spread = blurred(zone, abs(self.variance_px2), self.taller, self.flat)
         if self.variance_px2 > 0:
             return spread

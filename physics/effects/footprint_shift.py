@@ -37,10 +37,11 @@ class FootprintShift(Effect):
         ("y",),
         ("x", "y", "turn"),
         ("x", "y", "zoom"),
+        ("slip_x", "slip_y"),
         ("x", "y", "turn", "zoom"),
         ("x", "y", "slip_x", "slip_y"),
     )
-    richer, common = forms[5:], forms[3:]
+    richer, common = forms[6:], forms[3:]
     parameters = tuple(
         # A choice: about half the side of the patch that a scan moves, which is what a careless mount gives.
         Parameter(

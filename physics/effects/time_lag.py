@@ -13,12 +13,14 @@ from physics.light import Light
 from physics.light_between import around, light_at
 from physics.owning import Unseen
 from physics.rendering import Rendering
-from physics.told_between import Told, carries
+from physics.told_between import Told, carries, jumps
 
 # Parts of a step between frames beyond the first or the last of them at which nobody knows what was there.
 BLIND = 0.3
 # Lags that explain less than this part of a misfit, or less deviance than this, are not what is amiss.
 HARDLY, LEAST = 0.1, 20.0
+# Slopes are those over half a step to either side; of what is carried, over this part of it: it moves on a curve.
+NEARBY = 0.1
 # At the image's times, pixel by pixel.
 NOW = {"lag": 0.0, "skew": 0.0, "beyond": 0.0, "carried": 0.0}
 
@@ -128,11 +130,14 @@ class TimeLag(Effect):
             return []
         along: dict[str, Any] = {}
         told, found = _slopes(along, step_s, excess, expected, rendering)
-        # What lags explain hardly anything of is not worth the time that carrying takes.
+        # What lags explain hardly anything of is not worth the time that carrying takes; unless nobody would know.
         misfit = float((excess**2 / np.maximum(expected, 1)).sum()) - excess.size
-        if promised(told, found, light.time_s) > max(HARDLY * misfit, LEAST) and carries(rendering):
-            along = {"carried": 1.0}
-            told, found = _slopes(along, step_s, excess, expected, rendering)
+        least = max(HARDLY * misfit, LEAST)
+        much = promised(told, found, light.time_s) > least
+        if (much or jumps(rendering)) and carries(rendering):
+            by_motion = _slopes({"carried": 1.0}, NEARBY * step_s, excess, expected, rendering)
+            if much or promised(*by_motion, light.time_s) > least:
+                along, (told, found) = {"carried": 1.0}, by_motion
         starts = [start | along for start in evenly(told.sum(axis=1), found.sum(axis=1), light.time_s)] if along else []
         if zones > 1:
             lags = found.sum(axis=0) / np.maximum(told.sum(axis=0), 1e-12)

@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 from mismatch import search as module
+from mismatch.economy import economical
 from mismatch.explain import explain
 from mismatch.fit import fit_nominal
+from mismatch.form import all_forms
+from mismatch.improved import improved_sensor
 from mismatch.leftover import what_is_left
+from mismatch.likelier_response import likelier_clock
 from mismatch.open_simulation import simulation_of
-from mismatch.search import search
+from mismatch.search import search, searched
 from mismatch.trust import as_given
 from physics.effects import find_effect
 from physics.light import direct_light
@@ -100,3 +104,20 @@ def test_a_search_of_counts_that_are_trusted_less_goes_on_where_it_may_not_begin
     found = search(passing, [])
     assert found.rounds is (going_on if enough else anew)
     assert found.notes == (module.UNCERTAIN,)
+
+
+def test_what_an_estimate_held_before_the_cause_was_known_takes_no_name(drawn, rig):
+    """Zones thought late, as their maps were beside where they look: told anew they are not."""
+    simulation = replace(drawn(4, "footprint_shift", x=40.0, y=-20.0), guessed=True)
+    sensor = simulation_of(rig.recording(simulation.counts), rig.maps)[1]
+    misled = replace(simulation, clock=likelier_clock(simulation))
+    few = {"footprint_shift", "time_zero_offset"}
+    forms = [form for form in all_forms({"zone": 4, "bin": 48}) if form.effect.id in few]
+    at_once = search(economical(misled), forms).judged
+    assert {form.effect.id for form in at_once.forms} == few
+    told, found = searched(misled, forms)
+    assert [form.effect.id for form in found.judged.forms] == ["footprint_shift"]
+    off = [np.abs(one.clock.time_zero_s - simulation.clock.time_zero_s).max() for one in (misled, told)]
+    assert off[1] < 0.2 * off[0]
+    better = improved_sensor(sensor, SimpleNamespace(explained=found.judged, simulation=told))
+    np.testing.assert_array_equal(better.time_zero_s, told.clock.time_zero_s)

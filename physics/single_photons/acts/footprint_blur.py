@@ -21,15 +21,11 @@ FINE = 8
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """A pixel's photons are seen with the map's mean over the ends of their walks."""
-    if values["variance"] == 0:
+    if not any(values[n] for n in ("variance", "haze", "steeper")):
         return world
     how = looking(world)
-    return looking_so(
-        world,
-        replace(
-            how, redrawn=redrawn(how.taken, *(values[n] for n in ("variance", "amount", "kept", "taller", "flat")))
-        ),
-    )
+    said = ("variance", "amount", "kept", "taller", "flat", "haze", "wide", "steeper")
+    return looking_so(world, replace(how, redrawn=redrawn(how.taken, *(values[n] for n in said))))
 
 
 @lru_cache(maxsize=2)
@@ -40,9 +36,31 @@ def redrawn(
     kept: float = 1.0,
     taller: float = 0.0,
     flat: float = 0.0,
+    haze: float = 0.0,
+    wide_px2: float = 2500.0,
+    steeper: float = 0.0,
 ) -> np.ndarray:
-    """(P, Y, X) table of maps after walks of this variance; sharpened where it is negative."""
+    """(P, Y, X) table of maps after walks of this variance; sharpened where it is negative.
+
+    Of so many photons more, the `haze`, walks are `wide`. Then maps are `steeper`: logarithms that much longer.
+    """
     _, _, counts = table(maps)
+    if variance_px2:
+        counts = walked(counts, variance_px2, amount, kept, taller, flat)
+    if haze:
+        counts = (1 - haze) * counts + haze * strayed(counts, wide_px2)
+    if not steeper:
+        return counts
+    with np.errstate(divide="ignore"):
+        grey = np.log(counts / counts.max(axis=(1, 2), keepdims=True))
+    steep = np.exp(grey + steeper * grey)
+    return steep * (counts.sum(axis=(1, 2), dtype=float) / steep.sum(axis=(1, 2), dtype=float))[:, None, None]
+
+
+def walked(
+    counts: np.ndarray, variance_px2: float, amount: float, kept: float, taller: float, flat: float
+) -> np.ndarray:
+    """(P, Y, X) counts after walks of this variance; sharpened where it is negative."""
     spread = strayed(counts, abs(variance_px2), taller)
     if flat:
         spread = (1 - flat) * spread + flat * under_a_disc(counts, abs(variance_px2), taller)

@@ -32,7 +32,11 @@ def scanned(*images):
 
 
 def through(where, variance):
-    changed = effect.footprints(effect.at(variance=variance).values, Rendering(None, where, None, 1.0))
+    return through_all(where, variance=variance)
+
+
+def through_all(where, **values):
+    changed = effect.footprints(effect.at(**values).values, Rendering(None, where, None, 1.0))
     return changed.weights * where.scale
 
 
@@ -55,12 +59,27 @@ def test_variances_add(variance):
 
 
 @settings(deadline=None, max_examples=20)
-@given(variance=st.floats(-400, 2500), seed=st.integers(0, 99))
-def test_every_zone_keeps_its_light(variance, seed):
+@given(variance=st.floats(-400, 2500), haze=st.floats(0, 1), steeper=st.floats(-0.8, 3), seed=st.integers(0, 99))
+def test_every_zone_keeps_its_light(variance, haze, steeper, seed):
     maps = np.random.default_rng(seed).uniform(0, 1, (2, *SHAPE)) * [[[1.0]], [[0.01]]]
-    found = Blur(variance)(maps)
+    found = Blur(variance, haze=haze, steeper=steeper)(maps)
     np.testing.assert_allclose(found.sum(axis=(1, 2)), maps.sum(axis=(1, 2)), rtol=1e-9)
     assert (found >= 0).all()
+
+
+def test_a_hazy_zone_is_a_narrow_one_and_a_wide_one():
+    found = Blur(0.0, haze=0.3, wide_px2=36.0)(gaussian(25.0)[None])[0]
+    # Off a Gaussian by the kernel's own fourth cumulant, as above.
+    off = 0.3 * 2 * 36.0 / 8 / 61.0**2 * gaussian(61.0).max() / gaussian(25.0).max()
+    np.testing.assert_allclose(
+        found, 0.7 * gaussian(25.0) + 0.3 * gaussian(61.0), atol=(1.05 * off + 2e-5) * gaussian(25.0).max() + 2e-6
+    )
+
+
+@pytest.mark.parametrize("steeper", [-0.3, 0.5])
+def test_a_power_of_a_gaussian_is_a_narrower_one(steeper):
+    found = through_all(scanned(gaussian(25.0)), steeper=steeper)[0]
+    np.testing.assert_allclose(found, gaussian(25.0 / (1 + steeper)), atol=1e-3 * found.max())
 
 
 def test_light_of_footprints_is_kept_up_to_the_edge_of_the_image():
