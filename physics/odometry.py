@@ -27,6 +27,11 @@ BETTER = 0.05
 LITTLE = 2e-3
 
 
+def camera_motion(light: Light) -> Motion:
+    """How the camera moved, as was recorded, or where nobody says as it seems."""
+    return apparent_motion(light) if light.motion is None else light.motion
+
+
 @kept_of_session
 def apparent_motion(light: Light) -> Motion:
     """The motion of a camera for which most of what is seen stands still; in all frames of the session.

@@ -5,9 +5,9 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from physics.approach import approached_m
 from physics.effect import Values
 from physics.light import Light
+from physics.odometry import camera_motion
 
 # Powers of the two coordinates of the view by name; those of third and fourth order by the letters of their product.
 COARSE = {"slope_x": (1, 0), "slope_y": (0, 1), "bow_x": (2, 0), "bow_y": (0, 2), "bow_xy": (1, 1)}
@@ -54,15 +54,12 @@ def _of_space(light: Light) -> np.ndarray:
 def places(light: Light) -> list[np.ndarray]:
     """Three (F, H, W): metres to the right, down and ahead, in the camera's frame when the session began.
 
-    Where nobody says how it moved, it came as much nearer as what it sees.
+    Where nobody says how it moved, what it sees says it.
     """
     range_m = np.where(np.isfinite(light.range_m), light.range_m, 0).astype(float)
     depth = range_m / np.linalg.norm(light.rays, axis=-1)
-    if light.motion is not None:
-        moved = light.motion.start_from_camera[light.motion.nearest(light.time_s)]
-    else:
-        moved = np.tile(np.eye(4), (light.frames, 1, 1))
-        moved[:, 2, 3] = approached_m(light)
+    motion = camera_motion(light)
+    moved = motion.start_from_camera[motion.nearest(light.time_s)]
     rays = np.ascontiguousarray(np.moveaxis(light.rays, -1, 0))
     # Row by row of the transform, so that no array of points is made.
     return [np.tensordot(moved[:, row, :3], rays, 1) * depth + moved[:, row, 3][:, None, None] for row in range(3)]

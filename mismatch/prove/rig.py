@@ -89,7 +89,9 @@ def draw_views(rng: np.random.Generator, frames: int, reach: float) -> Views:
             pose[:3, :3] = Rotation.from_euler("xy", 0.1 * np.sin(angle[2:])).as_matrix()
             pose[:3, 3] = [0, 0, 0.5 * sway * np.sin(angle[3])]
             view = look(things, rays, pose, i * FRAME_S)
-            yield View(view.timestamp_s, view.depth_m, view.reflectance * texture, view.incidence_cosine)
+            yield View(
+                view.timestamp_s, view.depth_m, view.reflectance * texture, view.incidence_cosine, camera_pose=pose
+            )
 
     return Views(matrix, views(), frames, meta={"calibration_range_m": 0.6})
 

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.constants import speed_of_light
 
-from physics.approach import approached_m
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.folded import one_period_early, periods, seen_beyond, seen_through, walls, where_unknown
 from physics.light import Return
+from physics.odometry import camera_motion
 from physics.pulse import ImpulseResponse, longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
@@ -27,7 +27,7 @@ class RangeAliasing(Effect):
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
     draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds. One that stands still comes nearer
-    by as much as the camera has moved towards it; where nobody says, as what it sees has (`approach`). It is followed
+    by as much as the camera has moved towards it; where nobody says, as what it sees says (`odometry`). It is followed
     until it leaves the window, not into the next period.
     """
 
@@ -177,8 +177,7 @@ def _beyond(values: Values, rendering: Rendering) -> list[Return]:
 
 def _way_m(rendering: Rendering) -> np.ndarray:
     """(F,) how far the camera has moved ahead."""
-    light = rendering.light
-    return approached_m(light) if light.motion is None else light.motion.forward_m(light.time_s)
+    return camera_motion(rendering.light).forward_m(rendering.light.time_s)
 
 
 def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:

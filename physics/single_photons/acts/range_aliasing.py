@@ -6,15 +6,15 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
-from physics.single_photons.ahead import ahead_m
 from physics.single_photons.draw import by_zone, pulse_from_elsewhere, returned
+from physics.single_photons.where_from import start_from_camera
 from physics.single_photons.world import Photons, World
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """A far target's, in view or not; each came after a laser period that was longer or shorter by a jitter of its
     own."""
-    ahead = ahead_m(world)
+    ahead = start_from_camera(world, "range_aliasing with still")[2, 3] if values["still"] else 0.0
     there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - values["still"] * ahead
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)

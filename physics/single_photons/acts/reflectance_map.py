@@ -6,8 +6,8 @@ import numpy as np
 from scipy.special import expit
 
 from physics.effect import Values
-from physics.single_photons.ahead import ahead_m
 from physics.single_photons.surfaces import surface_numbers
+from physics.single_photons.where_from import start_from_camera
 from physics.single_photons.world import World
 
 
@@ -32,26 +32,29 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     return replace(world, reflectance=np.where(shines, told * factor, world.reflectance))
 
 
-def _of_space(values: Values, world: World) -> np.ndarray:
+def _of_space(values: Values, world: World) -> np.ndarray | float:
     """Sums of products of up to three coordinates, each spelled out in its parameter's name.
 
     Of where things are in the world that the first frame's camera was half a metre behind the origin of.
     """
+    spelled = {name: name.removeprefix("space_") for name in values if name.startswith("space_") and values[name]}
+    if not spelled:
+        return 0.0
     along = dict(zip("xyz", np.moveaxis(_at_the_start(world) - [0, 0, 0.5], -1, 0), strict=True))
-    spelled = {name: name.removeprefix("space_") for name in values if name.startswith("space_")}
     return sum(values[name] * np.prod([along[c] for c in text], axis=0) for name, text in spelled.items())
 
 
 def _at_the_start(world: World) -> np.ndarray:
     """(H, W, 3) points where the first frame's camera has them."""
     points = np.where(np.isfinite(world.points), world.points, 0.0)
-    if world.start_from_camera is None:
-        return points + np.array([0, 0, ahead_m(world)])
-    return points @ world.start_from_camera[:3, :3].T + world.start_from_camera[:3, 3]
+    start = start_from_camera(world, "reflectance_map in space")
+    return points @ start[:3, :3].T + start[:3, 3]
 
 
-def _of_a_mark(values: Values, world: World) -> np.ndarray:
+def _of_a_mark(values: Values, world: World) -> np.ndarray | float:
     """A ball in space with a rim a tenth of its radius wide, on which the logarithm falls by half."""
+    if not values["mark"]:
+        return 1.0
     away = np.linalg.norm(_at_the_start(world) - [values[f"mark_{axis}"] for axis in "xyz"], axis=-1)
     return np.exp(values["mark"] * expit(10 * (1 - away / values["mark_size"])))
 

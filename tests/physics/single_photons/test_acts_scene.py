@@ -8,6 +8,7 @@ import pytest
 from physics.effects import find_effect
 from physics.single_photons.acts import find_act, multipath
 from physics.single_photons.draw import counts_of
+from physics.single_photons.engine import draw_frames
 from physics.single_photons.world import Photons
 from recordings.refusal import Refusal
 
@@ -186,3 +187,17 @@ def test_a_pulse_that_roams_is_anywhere_and_the_same_in_all_zones(both):
 def test_photons_of_a_lag_go_pixel_by_pixel_and_nothing_else_is_drawn_in_silence(world):
     with pytest.raises(Refusal, match="carried is 1, expected 0"):
         acted(world, "time_lag", lag=0.03, carried=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("range_aliasing", {"counts": 1.0, "apparent_range": 0.5, "still": 1.0}),
+        ("reflectance_map", {"mark": 0.5}),
+        ("reflectance_map", {"space_x": 0.5}),
+    ],
+)
+def test_what_stands_still_needs_the_camera_s_way(both, name, values):
+    drawn = both(effects=[find_effect(name).at(**values)]).session
+    with pytest.raises(Refusal, match="camera_pose is missing"):
+        list(draw_frames(drawn, np.random.default_rng(0)))

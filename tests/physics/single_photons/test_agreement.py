@@ -287,6 +287,14 @@ EVERY = [
 ]
 
 
+# What stays where it is while the camera moves.
+STANDS = ("still", "mark", "space_x")
+# Nearer, turned, and aside.
+POSES = np.tile(np.eye(4), (3, 1, 1))
+POSES[1, :3, :3] = Rotation.from_euler("zyx", [4, -6, 3], degrees=True).as_matrix()
+POSES[1:, :3, 3] = (0.02, 0.0, 0.08), (0.05, -0.04, 0.12)
+
+
 def compared(both, effects, drawn=MANY, **scene):
     """Photons against the fast engine, cell by cell, and how large the effects are by the photons' reckoning.
 
@@ -316,7 +324,8 @@ def _p_of_chi2(counts, expected):
 @pytest.mark.parametrize(("name", "i"), EVERY)
 def test_an_effect_does_to_photons_what_the_model_says(name, i, both):
     setting = find_effect(name).at(**STRENGTHS.get(name, [{}])[i])
-    found = compared(both, [setting], DRAWN.get(name, MANY), seed=2 + i)
+    moves = {"poses": POSES} if any(setting.values.get(one) for one in STANDS) else {}
+    found = compared(both, [setting], DRAWN.get(name, MANY), seed=2 + i, **moves)
     assert found.p > 1e-4
     assert abs(found.size - 1) < max(4 * found.sigma, 0.01)
     # And it would show if it were not so: an error of some hundredths of the effect, or the effect forgotten.
