@@ -142,7 +142,7 @@ class Blur:
         most = zone.max()
         if not self.steeper or not most > 0:
             return zone
-        steep = (zone / most) ** (1 + self.steeper)
+        steep = np.maximum(zone / most, 0) ** (1 + self.steeper)
         return steep * (zone.sum(dtype=float) / steep.sum(dtype=float))
 
     def _blurred(self, zone: np.ndarray) -> np.ndarray:

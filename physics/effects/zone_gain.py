@@ -13,7 +13,8 @@ class ZoneGain(Effect):
     """All laser light that a zone receives is counted with one factor, whatever way it came: `factor` of each, and
     exp(one) in zone number `zone` alone. Over the grid of zones a lens that shades, or a chip that is warmer at one
     end, makes it exp(across · c + down · r), with c and r from -1 in the first column and row to 1 in the last;
-    converters that take turns make it exp(alternate) in every other zone and the inverse in those between.
+    converters that take turns make it exp(alternate) in every other zone and the inverse in those between. What became
+    less sensitive since the background was recorded counts that with the same factor, to the power of `ambient`.
     """
 
     id = "zone_gain"
@@ -30,7 +31,7 @@ class ZoneGain(Effect):
         ),
         LookAlike("gain_drift", "Repeat the first capture at the end: a gain is as it was, a drift is not."),
     )
-    forms = (("factor",), ("one",), ("across", "down"), ("alternate",))
+    forms = (("factor",), ("factor", "ambient"), ("one",), ("across", "down"), ("alternate",))
     parameters = (
         Parameter(
             "factor",
@@ -47,19 +48,19 @@ class ZoneGain(Effect):
         Parameter("across", "1", -3.0, 3.0, 0.1, "Logarithm by which the last column is above the middle.", 0.0),
         Parameter("down", "1", -3.0, 3.0, 0.1, "Logarithm by which the last row is above the middle.", 0.0),
         Parameter("alternate", "1", -3.0, 3.0, 0.1, "Logarithm of the factor of every other zone.", 0.0),
+        Parameter("ambient", "1", 0.0, 1.0, 0.0, "1 where all light counts so, 0 where the laser's.", tries=(1.0,)),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Each zone's light, multiplied."""
-        light = rendering.arrivals.light * np.atleast_1d(values["factor"])[:, None]
-        if values["one"]:
-            light[:, np.arange(light.shape[1]) == round(values["zone"])] *= np.exp(values["one"])
-        if values["across"] or values["down"] or values["alternate"]:
-            row, column = np.indices(rendering.footprints.zone_grid).reshape(2, -1)
-            rows, columns = (max(n - 1, 1) for n in rendering.footprints.zone_grid)
-            sloped = values["across"] * (2 * column / columns - 1) + values["down"] * (2 * row / rows - 1)
-            light *= np.exp(sloped + values["alternate"] * (1 - 2 * ((row + column) % 2)))[:, None]
+        light = rendering.arrivals.light * _factors(values, rendering)[:, None]
         return replace(rendering.arrivals, light=light)
+
+    def background(self, values: Values, rendering: Rendering) -> np.ndarray | float:
+        """What no laser sent, likewise."""
+        if not values["ambient"]:
+            return rendering.background
+        return rendering.background * (_factors(values, rendering) ** values["ambient"])[:, None]
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The zone whose light is off by most, in standard deviations."""
@@ -67,6 +68,16 @@ class ZoneGain(Effect):
         told = light / np.maximum(expected, 1e-9)
         sigmas = (told * excess).sum(axis=(0, 2)) / np.sqrt(np.maximum((told * light).sum(axis=(0, 2)), 1e-9))
         return [{"one": self.parameter("one").start, "zone": float(np.argmax(np.abs(sigmas)))}]
+
+
+def _factors(values: Values, rendering: Rendering) -> np.ndarray:
+    """(P,) of each zone."""
+    row, column = np.indices(rendering.footprints.zone_grid).reshape(2, -1)
+    factors = np.broadcast_to(values["factor"], row.shape).astype(float)
+    factors[np.arange(len(row)) == round(values["zone"])] *= np.exp(values["one"])
+    rows, columns = (max(n - 1, 1) for n in rendering.footprints.zone_grid)
+    sloped = values["across"] * (2 * column / columns - 1) + values["down"] * (2 * row / rows - 1)
+    return factors * np.exp(sloped + values["alternate"] * (1 - 2 * ((row + column) % 2)))
 
 
 effect = ZoneGain()

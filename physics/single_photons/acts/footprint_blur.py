@@ -52,7 +52,7 @@ def redrawn(
     if not steeper:
         return counts
     with np.errstate(divide="ignore"):
-        grey = np.log(counts / counts.max(axis=(1, 2), keepdims=True))
+        grey = np.log(np.clip(counts, 0, None) / counts.max(axis=(1, 2), keepdims=True))
     steep = np.exp(grey + steeper * grey)
     return steep * (counts.sum(axis=(1, 2), dtype=float) / steep.sum(axis=(1, 2), dtype=float))[:, None, None]
 

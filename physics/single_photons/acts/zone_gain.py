@@ -11,8 +11,9 @@ from physics.single_photons.world import Photons, World
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """As many photons for all as the most sensitive zone counts: none is there twice."""
-    most = max(1.0, float(_factors(world, values).max()))
-    return replace(world, gain=world.gain * most, boost=world.boost * most)
+    factors = _factors(world, values)
+    most, dark = max(1.0, float(factors.max())), world.background * factors ** values["ambient"]
+    return replace(world, gain=world.gain * most, boost=world.boost * most, background=dark)
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:

@@ -17,6 +17,12 @@ def test_each_zone_is_multiplied_and_its_background_is_not(small):
     )
 
 
+def test_zones_that_became_less_sensitive_count_less_of_all_light(small):
+    model = ForwardModel(small.light, small.footprints, small.clock, 7.0)
+    found = model.expected(50.0, [effect.at(factor=FACTORS, ambient=1.0)])
+    np.testing.assert_allclose(found, model.expected(50.0) * FACTORS[:, None], atol=1e-10)
+
+
 def test_crosstalk_is_multiplied_too(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     both = model.expected(50.0, [effect.at(factor=FACTORS), crosstalk.at()])

@@ -262,6 +262,8 @@ STRENGTHS = {
         {"one": 0.3, "zone": 1},
         {"across": 0.3, "down": -0.2},
         {"alternate": -0.25},
+        {"factor": [0.7, 1.3, 1, 0], "ambient": 1},
+        {"across": 0.3, "ambient": 0.6},
     ],
 }
 # A ceiling concerns frames of few counts; a second bounce is weak, and so is a sharpened map.
