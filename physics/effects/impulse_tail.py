@@ -13,6 +13,8 @@ from physics.waits import half_life, late
 
 # Carriers have diffused, and lasers turned off, within this; what falls more slowly is rather released by traps.
 SLOWEST_S = 2e-9
+# A tail that is over within this part of a bin is none that anybody would see.
+FASTEST_BINS = 0.2
 
 
 class ImpulseTail(Effect):
@@ -89,8 +91,14 @@ class ImpulseTail(Effect):
     )
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """Where half of the photons wait as long as those that traps hold, it is an echo rather than a tail."""
-        return bool(np.any(values["share"])) and half_life(values["tau"], values["heavy"]) > SLOWEST_S * np.log(2)
+        """Where half of the photons wait as long as those that traps hold, it is an echo rather than a tail.
+
+        Where they wait a small part of a bin it is a delay, or a gain where it is added.
+        """
+        if not np.any(values["share"]):
+            return False
+        half = half_life(values["tau"], values["heavy"]) / np.log(2)
+        return half > SLOWEST_S or half < FASTEST_BINS * rendering.clock.bin_width_s
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The pulse, delayed in part."""

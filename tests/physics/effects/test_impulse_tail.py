@@ -80,12 +80,16 @@ def test_it_is_in_proportion_at_all_ranges(small):
     np.testing.assert_allclose(far.expected(1.0, setting)[..., 3:], near.expected(1.0, setting)[..., :-3], atol=1e-12)
 
 
-def test_what_falls_more_slowly_is_no_tail():
+def test_what_falls_more_slowly_is_no_tail_nor_what_is_over_within_a_bin(small):
     with pytest.raises(Refusal, match=r"tau is 2\.5e-09, expected 1e-12 to 2e-09 s"):
         effect.at(share=0.1, tau=2.5e-9)
-    assert effect.strained(effect.at(share=0.1, tau=1.6e-9, heavy=0.9).values, None)
-    assert not effect.strained(effect.at(share=0.1, tau=1.6e-9, heavy=0.1).values, None)
-    assert not effect.strained(effect.at(share=0.0, tau=1.6e-9, heavy=0.9).values, None)
+    seen = Rendering(small.light, small.footprints, small.clock, 1.0)
+    assert effect.strained(effect.at(share=0.1, tau=1.6e-9, heavy=0.9).values, seen)
+    assert not effect.strained(effect.at(share=0.1, tau=1.6e-9, heavy=0.1).values, seen)
+    assert not effect.strained(effect.at(share=0.0, tau=1.6e-9, heavy=0.9).values, seen)
+    # Bins are 0.26 ns wide.
+    assert effect.strained(effect.at(share=0.1, tau=0.04e-9).values, seen)
+    assert not effect.strained(effect.at(share=0.1, tau=0.06e-9).values, seen)
 
 
 @pytest.mark.parametrize(("tau", "heavy"), [(0.3e-9, -0.5), (0.2e-9, 0.6), (0.1e-9, 1.0), (0.4e-9, 2.0)])
