@@ -20,7 +20,7 @@ class Undershoot(Effect):
     sentence = "the base line dips after each pulse, in proportion to it"
     forms = (("lost", "tau"),)
     parameters = (
-        Parameter("lost", "1", -1.0, 3.0, 0.05, "Area of the dip over that of the pulse.", vanishes_at=0.0),
+        Parameter("lost", "1", 0.0, 3.0, 0.05, "Area of the dip over that of the pulse.", vanishes_at=0.0),
         Parameter("tau", "s", 1e-10, 1e-6, 3e-9, "In which the base line comes back.", tries=(1e-9, 3e-9, 1e-8)),
     )
 
