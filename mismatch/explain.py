@@ -10,7 +10,7 @@ from mismatch.candidates import MINOR, MINOR_PART
 from mismatch.doubts import doubts
 from mismatch.fit import Fit, expected_at, fit, fit_nominal, on_others
 from mismatch.form import all_forms
-from mismatch.leftover import what_is_left
+from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.located import locate_effects
 from mismatch.looks import blur
 from mismatch.naming import name_effects, next_measurement
@@ -26,9 +26,8 @@ from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
 from mismatch.work import MOST_RENDERINGS
 
-# What is left of a misfit, as a part of what was explained, that does not make an explanation wrong: formulas of one
-# cause differ by as much.
-NEGLIGIBLE, A_QUARTER = 0.03, 0.25
+# No more of what was explained is negligible.
+A_QUARTER = 0.25
 # Nor is more deviance than this negligible on frames held out, whatever was explained.
 LARGE = 500.0
 # The same part where an effect leaves to be guessed what nobody saw: guesses are off in ways that frames tell roughly.

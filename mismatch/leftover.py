@@ -20,6 +20,10 @@ from mismatch.windows import worst_window
 # that was estimated from half of the frames is off by as much as the other half scatters.
 GUESSED = float(norm.sf(np.sqrt(2) * norm.isf(SIGNIFICANT)))
 
+# What is left, as a part of what was explained, that does not make an explanation wrong: formulas of one cause differ
+# by as much.
+NEGLIGIBLE = 0.03
+
 
 def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     """Places of what a fit leaves beyond noise; none where noise explains it."""

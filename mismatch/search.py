@@ -2,15 +2,18 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from mismatch.beginnings import likeliest_selection, unjudged
 from mismatch.blocks import halves
 from mismatch.economy import economical
-from mismatch.fit import Fit
+from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
 from mismatch.gained import falls_short
-from mismatch.leftover import what_is_left
+from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.likelier_response import likelier_clock
 from mismatch.naming import Contest, contested
+from mismatch.noise import frame_gain_sigma
 from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
 from mismatch.trust import as_given, trusted
@@ -18,6 +21,8 @@ from mismatch.unseen import owns_up
 from mismatch.work import Work
 
 ONE_BY_ONE = "what is amiss shows in few frames; single frames were held out, not blocks of them"
+# A search that took so many renderings is not made a second time; what leaves less than this part is better.
+SOON, MUCH_LESS = 2000, 0.3
 # Standard deviations by which a cause must stand out on frames held out that is likelier for what it leaves uncertain.
 AS_WELL = 2.0
 UNCERTAIN = "counts of which nobody saw what was there when they were taken are trusted less"
@@ -50,20 +55,47 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     cheap = replace(economical(simulation), work=Work())
     found = search(cheap, forms)
     names = found.judged.forms
-    if not (simulation.guessed and names and (len(names) > 1 or what_is_left(found.train, found.judged))):
-        return cheap, found
-    most = max(range(len(names)), key=lambda i: without(found.train, found.judged, names[i], 0).deviance)
-    clock = likelier_clock(simulation, found.judged.gain, (found.judged.settings[most],))
-    cheap = replace(economical(replace(simulation, clock=clock)), work=Work())
-    return cheap, search(cheap, forms)
+    if simulation.guessed and names and (len(names) > 1 or what_is_left(found.train, found.judged)):
+        most = max(range(len(names)), key=lambda i: without(found.train, found.judged, names[i], 0).deviance)
+        clock = likelier_clock(simulation, found.judged.gain, (found.judged.settings[most],))
+        cheap = replace(economical(replace(simulation, clock=clock)), work=Work())
+        found = search(cheap, forms)
+    return cheap, _leaving_less(cheap, found, forms)
 
 
-def search(simulation: Simulation, forms: list[Form]) -> Search:
-    """The effects, of all that there are, that stand in a recording."""
+def _leaving_less(simulation: Simulation, found: Search, forms: list[Form]) -> Search:
+    """What was found, or what is where single frames are held out, if that leaves much less.
+
+    What shows in few frames may lie on one side where blocks are held out, among those that choose or those that judge.
+    """
+    frames = len(simulation.counts)
+    alike = np.array_equal(halves(frames)[0], halves(frames, frames)[0])
+    if alike or ONE_BY_ONE in found.notes or simulation.work.renderings > SOON:
+        return found
+    before, won = _left(found), fit_nominal(found.train).deviance - found.judged.deviance
+    # Another formula of what was found leaves as much.
+    if before <= NEGLIGIBLE * won * frames / len(found.train.frames):
+        return found
+    anew = search(simulation, forms, singly=True)
+    return anew if _left(anew) < MUCH_LESS * before else found
+
+
+def _left(found: Search) -> float:
+    """Deviance that is left in all frames."""
+    every, judged = found.simulation, found.judged
+    sigma = frame_gain_sigma(every, expected_at(every, judged.forms, judged.x))
+    return sum(place.gain for place in what_is_left(every, fit(every, judged.forms, judged.x, sigma)))
+
+
+def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> Search:
+    """The effects, of all that there are, that stand in a recording.
+
+    singly: whether single frames are held out from the first, not blocks of them.
+    """
     frames, simulation = len(simulation.counts), as_given(simulation)
-    train, test = (simulation.of(some) for some in halves(frames))
-    rounds, notes = likeliest_selection(train, test, forms), ()
-    if unjudged(rounds[-1]):
+    train, test = (simulation.of(some) for some in (halves(frames, frames) if singly else halves(frames)))
+    rounds, notes = likeliest_selection(train, test, forms), (ONE_BY_ONE,) if singly else ()
+    if not singly and unjudged(rounds[-1]):
         singly = [simulation.of(some) for some in halves(frames, frames)]
         anew = likeliest_selection(*singly, forms)
         # A search that was ended before it began tells nothing.

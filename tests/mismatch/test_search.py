@@ -121,3 +121,33 @@ def test_what_an_estimate_held_before_the_cause_was_known_takes_no_name(drawn, r
     assert off[1] < 0.2 * off[0]
     better = improved_sensor(sensor, SimpleNamespace(explained=found.judged, simulation=told))
     np.testing.assert_array_equal(better.time_zero_s, told.clock.time_zero_s)
+
+
+@pytest.mark.parametrize(
+    ("first", "anew", "renderings", "kept"),
+    [
+        (90.0, 0.0, 100.0, "anew"),
+        (90.0, 20.0, 100.0, "anew"),
+        (90.0, 40.0, 100.0, "first"),
+        (90.0, 0.0, 1e4, "first"),
+        # A hundredth of what was explained.
+        (10.0, 0.0, 100.0, "first"),
+    ],
+)
+def test_what_blocks_leave_is_sought_by_single_frames(rig, monkeypatch, first, anew, renderings, kept):
+    """Sixty frames: as few as the rig's are held out one by one in any case."""
+    frames = np.arange(60) % FRAMES
+    counts = np.random.default_rng(5).poisson(rig.expected())[frames]
+    recording = rig.recording(counts, depth_m=depths()[frames], reflectance=None, timestamp_s=np.arange(60) / 15)
+    simulation = simulation_of(recording, rig.maps)[0]
+    simulation.work.renderings = renderings
+    nominal = fit_nominal(simulation)
+    found, other = (
+        SimpleNamespace(name=name, left=left, notes=(), train=simulation, judged=replace(nominal, deviance=explained))
+        for name, left, explained in (("first", first, nominal.deviance - 1000), ("anew", anew, nominal.deviance))
+    )
+    monkeypatch.setattr(module, "search", lambda *_, singly=False: other if singly else found)
+    monkeypatch.setattr(module, "_left", lambda search: search.left)
+    assert module._leaving_less(simulation, found, []).name == kept
+    few = simulation_of(rig.recording(counts[:FRAMES]), rig.maps)[0]
+    assert module._leaving_less(few, found, []).name == "first"
