@@ -31,7 +31,7 @@ def test_the_start_is_where_the_effect_starts(name):
 
 
 def test_an_effect_of_zones_is_tried_with_one_value_and_with_one_for_each():
-    common, divided = (form for form in forms_of(find_effect("zone_gain"), SIZES) if "factor" in form.free)
+    common, divided = (form for form in forms_of(find_effect("zone_gain"), SIZES) if form.free == ("factor",))
     assert len(common.coordinates) == 1
     assert len(divided.coordinates) == 3
     assert divided.setting(np.array([1.0, 2.0, 3.0])).values["factor"] == pytest.approx([1.1, 2.2, 3.3])
