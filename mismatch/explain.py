@@ -30,8 +30,9 @@ from mismatch.work import MOST_RENDERINGS
 A_QUARTER = 0.25
 # Nor is more deviance than this negligible on frames held out, whatever was explained.
 LARGE = 500.0
-# The same part where an effect leaves to be guessed what nobody saw: guesses are off in ways that frames tell roughly.
-GUESSED = 0.15
+# What may be left, as such a part, where an effect leaves to be guessed what nobody saw: frames tell roughly how far
+# off guesses are.
+NOT_SEEN = 0.15
 # How many times what another formula gains may be left where that is said to take it up.
 TAKEN_UP = 2.0
 
@@ -102,7 +103,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     small = minor is not None and remains < min(most, TAKEN_UP * minor.observed)
     doubted = doubts(simulation, judged, effects)
     guesses = any(setting.effect.owns_up(setting.values) for setting in judged.settings)
-    little = GUESSED * won if guesses else min(NEGLIGIBLE * won, LARGE)
+    little = NOT_SEEN * won if guesses else min(NEGLIGIBLE * won, LARGE)
     negligible = (small or remains < little) and not any(place.foreign for place in left)
     # As many causes as there may be, and still something: none of them need be there.
     negligible &= len(judged.forms) < MOST_EFFECTS

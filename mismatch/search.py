@@ -67,10 +67,11 @@ def _leaving_less(simulation: Simulation, found: Search, forms: list[Form]) -> S
     """What was found, or what is where single frames are held out, if that leaves much less.
 
     What shows in few frames may lie on one side where blocks are held out, among those that choose or those that judge.
+    A response that was estimated has seen some of these single frames, which then could not judge.
     """
     frames = len(simulation.counts)
     alike = np.array_equal(halves(frames)[0], halves(frames, frames)[0])
-    if alike or ONE_BY_ONE in found.notes or simulation.work.renderings > SOON:
+    if alike or simulation.guessed or ONE_BY_ONE in found.notes or simulation.work.renderings > SOON:
         return found
     before, won = _left(found), fit_nominal(found.train).deviance - found.judged.deviance
     # Another formula of what was found leaves as much.

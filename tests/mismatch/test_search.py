@@ -149,5 +149,6 @@ def test_what_blocks_leave_is_sought_by_single_frames(rig, monkeypatch, first, a
     monkeypatch.setattr(module, "search", lambda *_, singly=False: other if singly else found)
     monkeypatch.setattr(module, "_left", lambda search: search.left)
     assert module._leaving_less(simulation, found, []).name == kept
+    assert module._leaving_less(replace(simulation, guessed=True), found, []).name == "first"
     few = simulation_of(rig.recording(counts[:FRAMES]), rig.maps)[0]
     assert module._leaving_less(few, found, []).name == "first"
