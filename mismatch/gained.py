@@ -40,8 +40,8 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
     mean, truth = (np.maximum(expected, LEAST) for expected in (now, then))
     change = truth - mean
     information = gains.product(now, change, change)
-    # A response that was estimated from as many other frames is off by as much as these scatter.
-    variance = 2.0 if test.guessed else 1.0
+    # A response that was estimated from as many other frames, and is not loose, is off by as much as these scatter.
+    variance = 2.0 if test.guessed and test.loose is None else 1.0
     z = gains.product(now, change, test.counts - mean) / np.sqrt(max(variance * information, 1e-12))
     # Were `then` true, the deviance gained would be twice the divergence of `now` from it, less what the frames' gains
     # could make of that.

@@ -27,7 +27,8 @@ NEGLIGIBLE = 0.03
 
 def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     """Places of what a fit leaves beyond noise; none where noise explains it."""
-    least = GUESSED if simulation.guessed or simulation.trust is not None else SIGNIFICANT
+    guess = simulation.trust is not None or (simulation.guessed and simulation.loose is None)
+    least = GUESSED if guess else SIGNIFICANT
     looked = tables(simulation, fitted)
     mean = FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
     besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, np.maximum(mean, LEAST))]

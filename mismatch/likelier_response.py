@@ -7,6 +7,7 @@ from scipy.optimize import nnls
 
 from calibrate.impulse.cells import in_steps
 from mismatch.blocks import halves
+from mismatch.clock_slopes import longer
 from mismatch.fit import fit_nominal
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
@@ -41,7 +42,7 @@ def likelier_clock(simulation: Simulation, gain: float = 1.0, settings: tuple[Se
     if not settings and fit_nominal(part).deviance > FAR * part.counts.size:
         return simulation.clock
     alive = np.flatnonzero(part.counts.any(axis=(0, 2)))
-    clock = _longer(part.clock)
+    clock = longer(part.clock, BEFORE, AFTER)
     for turn in range(ROUNDS):
         part = replace(simulation, clock=clock).of(chosen)
         cells = _Cells(part, _light(part, settings), alive, gain, settings)
@@ -57,15 +58,6 @@ def likelier_clock(simulation: Simulation, gain: float = 1.0, settings: tuple[Se
         pulse = ImpulseResponse(cells.time_s[there], response[there] / response.sum())
         clock = replace(clock, pulse=pulse, time_zero_s=clock.time_zero_s + delay * cells.step_s)
     return clock
-
-
-def _longer(clock: Clock) -> Clock:
-    """With a response that is next to nothing for some bins before and after."""
-    per_bin, pulse = clock.lattice.per_bin, clock.pulse
-    ends = (BEFORE * per_bin, AFTER * per_bin)
-    probability = np.pad(pulse.probability, ends, constant_values=1e-12)
-    first = pulse.time_s[0] - ends[0] * pulse.step_s
-    return replace(clock, pulse=ImpulseResponse(first + pulse.step_s * np.arange(len(probability)), probability))
 
 
 def _light(part: Simulation, settings: tuple[Setting, ...]) -> Arrivals:

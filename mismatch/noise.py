@@ -1,6 +1,7 @@
 """Gain that fluctuates from frame to frame: how much the data show, and what it leaves of a misfit."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -9,6 +10,9 @@ from mismatch.poisson import LEAST, deviance
 from mismatch.simulation import Simulation
 
 MOST_SIGMA = 1.0
+# Steps of an estimated clock to its best, and deviance by which one must still gain; what is expected falls to no less
+# than this part by it.
+TURNS, SETTLED, LOWEST = 5, 1e-3, 0.1
 # Twice the log-likelihood by which fluctuation must be better than none: one in twenty by chance, as it is no name but
 # what others are judged beside.
 SHOWN = 2.7
@@ -19,10 +23,41 @@ REFUTED, ALIKE = 6.6, 2.31
 
 @dataclass(frozen=True, eq=False)
 class FrameGains:
-    """Each frame's signal times 1 + u, with u normal of mean 0 and relative standard deviation `sigma`."""
+    """Each frame's signal times 1 + u, with u normal of mean 0 and relative standard deviation `sigma`.
+
+    And a clock that was estimated, off by what is likeliest beside any model of the rest: `Simulation.loose` times b,
+    with b normal of mean 0 and standard deviation 1. Neither has a name; both are at their best wherever models are
+    compared (Pawitan 2001, In All Likelihood, section 17: penalised, as random effects are).
+    """
 
     simulation: Simulation
     sigma: float
+
+    def settled(self, expected: np.ndarray) -> tuple[np.ndarray, float]:
+        """(F, P, T) expected counts with an estimated clock at its best, and the sum of b²."""
+        if self.loose is None:
+            return expected, 0.0
+        mean, b = expected, np.zeros(len(self.loose))
+        for _ in range(TURNS):
+            score, information = self._equations(mean, self.loose.T)
+            inverse = np.linalg.inv(information + np.eye(len(b)))
+            gradient = score - b
+            step = inverse @ gradient
+            if gradient @ step < SETTLED:
+                break
+            b = b + step
+            change = (b.astype(np.float32) @ self.loose).reshape(expected.shape)
+            mean = np.maximum(expected + change, LOWEST * expected)
+        return mean, float(b @ b)
+
+    @cached_property
+    def loose(self) -> np.ndarray | None:
+        """(K, F·P·T) changes of expected counts, as far as counts are trusted."""
+        simulation = self.simulation
+        if simulation.loose is None:
+            return None
+        loose = simulation.loose if simulation.trust is None else simulation.loose * simulation.trust
+        return loose.reshape(len(loose), -1)
 
     def _pieces(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signal (F, P, T), and by frame (F,) the score of u and its information, prior included."""
@@ -39,49 +74,74 @@ class FrameGains:
         return np.clip(score / information, -0.9, 9)
 
     def applied(self, expected: np.ndarray) -> np.ndarray:
+        """(F, P, T) expected counts with the clock and the frames' own gains at their best."""
+        return self._with_gains(self.settled(expected)[0])
+
+    def _with_gains(self, expected: np.ndarray) -> np.ndarray:
         """(F, P, T) expected counts with the frames' own gains at their best."""
         if not self.sigma:
             return expected
         return expected + self.best(expected)[:, None, None] * np.maximum(expected - self.simulation.dark, 0)
 
     def deviance(self, expected: np.ndarray) -> float:
-        """Deviance with the frames' own gains, and u²/σ² for each."""
-        total = float(deviance(self.simulation.counts, self.applied(expected)).sum())
+        """Deviance with the clock and the frames' own gains at their best, b² for each number and u²/σ² for each."""
+        expected, paid = self.settled(expected)
+        total = float(deviance(self.simulation.counts, self._with_gains(expected)).sum()) + paid
         return total + (float((self.best(expected) ** 2).sum()) / self.sigma**2 if self.sigma else 0.0)
 
     def product(self, expected: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
-        """Of two changes of expected counts (F, P, T), by the inverse covariance of photons and frames' gains.
+        """Of two changes of expected counts (F, P, T), by the inverse covariance of all that scatters.
 
-        That of each frame is diagonal but for one direction, that of its signal (Sherman and Morrison 1950, Ann. Math.
-        Stat. 21, 124).
+        That is photons, and few directions more: those of each frame's signal, and of the clock (Woodbury 1950).
         """
-        weighted = one / np.maximum(self.applied(expected), LEAST)
-        found = float((weighted * other).sum())
-        if not self.sigma:
-            return found
-        mean = np.maximum(self.applied(expected), LEAST)
-        signal = np.maximum(expected - self.simulation.dark, 0)
-        information = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
-        parts = [(signal * change / mean).sum(axis=(1, 2)) for change in (one, other)]
-        return found - float((parts[0] * parts[1] / information).sum())
+        expected = self.settled(expected)[0]
+        both = np.stack([one.ravel(), other.ravel()], axis=1)
+        if self.loose is not None:
+            both = np.concatenate([both, self.loose.T], axis=1)
+        information = self._information(expected, self._with_gains(expected), both)
+        found, mixed, inner = information[0, 1], information[:2, 2:], information[2:, 2:]
+        return float(found - mixed[0] @ np.linalg.solve(inner + np.eye(len(inner)), mixed[1]))
 
     def normal_equations(self, expected: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(N,) score and (N, N) information of coordinates, the frames' gains projected out.
+        """(N,) score and (N, N) information of coordinates, the clock and the frames' gains projected out.
 
         columns: (F·P·T, N) derivatives of expected counts.
         """
+        expected = self.settled(expected)[0]
+        if self.loose is None:
+            return self._equations(expected, columns)
+        many = columns.shape[1]
+        score, information = self._equations(expected, np.concatenate([columns, self.loose.T], axis=1))
+        mixed, inner = information[:many, many:], information[many:, many:]
+        # At the best b its own score is nothing.
+        taken = mixed @ np.linalg.solve(inner + np.eye(len(inner)), mixed.T)
+        return score[:many], information[:many, :many] - taken
+
+    def _equations(self, expected: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Score and information of any columns, the frames' gains projected out."""
         mean = np.maximum(expected, LEAST)
-        weighted = columns / mean.reshape(-1, 1)
-        score = weighted.T @ (self.simulation.counts - mean).ravel()
-        information = columns.T @ weighted
+        score = columns.T @ (self.simulation.counts / mean - 1).ravel()
         if self.sigma:
             signal, own, own_information = self._pieces(expected)
-            mixed = np.einsum(
-                "fc,nfc->nf", signal.reshape(len(signal), -1), weighted.T.reshape(-1, *mean.shape[:1], signal[0].size)
-            )
-            score = score - mixed @ (own / own_information)
-            information = information - (mixed / own_information) @ mixed.T
-        return score, information
+            score = score - self._mixed(signal / mean, columns) @ (own / own_information)
+        return score, self._information(expected, mean, columns)
+
+    def _information(self, expected: np.ndarray, mean: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """(N, N) of columns, by photons that scatter about `mean`, and the frames' gains."""
+        mean = np.maximum(mean, LEAST)
+        information = columns.T @ (columns / mean.reshape(-1, 1))
+        if self.sigma:
+            signal = np.maximum(expected - self.simulation.dark, 0)
+            each = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
+            mixed = self._mixed(signal / mean, columns)
+            information = information - (mixed / each) @ mixed.T
+        return information
+
+    @staticmethod
+    def _mixed(weighted: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """(N, F) products of columns with weighted signal (F, P, T), frame by frame."""
+        flat = weighted.reshape(len(weighted), -1)
+        return np.einsum("fc,fcn->nf", flat, columns.reshape(*flat.shape, -1))
 
 
 def frame_gain_sigma(simulation: Simulation, expected: np.ndarray, *, slow: bool = False) -> float:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from mismatch.clock_slopes import loosened
 from mismatch.estimated_sensor import estimated_sensor, likeliest_pedestal
 from mismatch.likelier_response import likelier_clock
 from mismatch.simulation import Simulation
@@ -107,7 +108,7 @@ def _simulation_of(
         sensor = replace(sensor, background_counts=simulation.background)
     if estimated:
         clock = likelier_clock(simulation)
-        simulation = replace(simulation, clock=clock)
+        simulation = loosened(replace(simulation, clock=clock))
         sensor = replace(sensor, pulse=clock.pulse, time_zero_s=clock.time_zero_s)
     return simulation, sensor, tuple(notes)
 

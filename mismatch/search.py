@@ -6,6 +6,7 @@ import numpy as np
 
 from mismatch.beginnings import likeliest_selection, unjudged
 from mismatch.blocks import halves
+from mismatch.clock_slopes import loosened
 from mismatch.economy import economical
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
@@ -58,7 +59,7 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     if simulation.guessed and names and (len(names) > 1 or what_is_left(found.train, found.judged)):
         most = max(range(len(names)), key=lambda i: without(found.train, found.judged, names[i], 0).deviance)
         clock = likelier_clock(simulation, found.judged.gain, (found.judged.settings[most],))
-        cheap = replace(economical(replace(simulation, clock=clock)), work=Work())
+        cheap = replace(economical(loosened(replace(simulation, clock=clock))), work=Work())
         found = search(cheap, forms)
     return cheap, _leaving_less(cheap, found, forms)
 

@@ -50,6 +50,7 @@ class Simulation:
     dead: np.ndarray | None = None
     trust: np.ndarray | None = None
     guessed: bool = False
+    loose: np.ndarray | None = None
     work: Work = field(default_factory=Work)
 
     @cached_property
@@ -152,6 +153,7 @@ class Simulation:
             self,
             counts=self.counts[chosen],
             trust=None if self.trust is None else self.trust[chosen],
+            loose=None if self.loose is None else self.loose[:, chosen],
             light=self.light.of(chosen),
             clock=clock,
             footprints=where,

@@ -91,9 +91,7 @@ class CoverGlassCrosstalk(Effect):
         ),
         Parameter("longer", "s", 0.0, 5e-10, 0.0, "Standard deviation of the time that its ways take.", tries=(1e-10,)),
         Parameter("trail", "s", 0.0, 2e-9, 0.0, "Time constant of what comes later, exponentially.", tries=(2e-10,)),
-        Parameter(
-            "growth", "1/s", -1.0, 20.0, 0.0, "Part by which it is more after a second, as the glass gets dirty."
-        ),
+        Parameter("growth", "1/s", -1.0, 1e3, 0.0, "Part by which it is more after a second, as the glass gets dirty."),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:

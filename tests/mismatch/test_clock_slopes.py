@@ -1,0 +1,151 @@
+"""What an estimated clock may be off by: slopes against renderings, and models compared with all of it fitted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+from scipy.stats import poisson
+
+from mismatch import clock_slopes as module
+from mismatch.clock_slopes import OF_DELAY, clock_slopes, longer
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import forms_of
+from mismatch.noise import FrameGains
+from physics.effects import find_effect
+from physics.pulse import ImpulseResponse
+
+from .conftest import WIDTH_S, ZONES
+
+
+@pytest.fixture(scope="module")
+def slopes(drawn, rig):
+    simulation = drawn(1)
+    return simulation, clock_slopes(simulation, rig.gain), rig.gain
+
+
+def test_delays_of_zones_change_counts_as_renderings_say(slopes):
+    simulation, found, gain = slopes
+    step = 0.02 * OF_DELAY * WIDTH_S
+    for zone in range(ZONES):
+        late = np.zeros(ZONES)
+        late[zone] = step
+        later, earlier = (
+            replace(simulation, clock=replace(simulation.clock, time_zero_s=simulation.clock.time_zero_s + sign * late))
+            for sign in (1, -1)
+        )
+        change = (later.expected(gain) - earlier.expected(gain)) / 0.04
+        assert np.linalg.norm(change - found[zone - ZONES]) < 0.02 * np.linalg.norm(change)
+
+
+def test_pieces_of_the_response_change_counts_as_renderings_say(slopes):
+    """Any response is a mixture: of the one there is, and of one that is a piece of it alone."""
+    simulation, found, gain = slopes
+    clock = longer(simulation.clock, 8, 47)
+    probability = clock.pulse.probability / clock.pulse.probability.sum()
+    pieces = module._pieces(probability, clock.lattice.per_bin)
+    assert len(pieces) > 20
+    assert np.abs(np.sum(pieces, axis=1)).max() < 1e-12
+    before = replace(simulation, clock=clock).expected(gain)
+    reach = len(found) - ZONES
+    for k in (5, reach // 3, reach // 2):
+        changed = probability + 1e-3 * pieces[k]
+        pulse = ImpulseResponse(clock.pulse.time_s, np.maximum(changed, 1e-13))
+        after = replace(simulation, clock=replace(clock, pulse=pulse)).expected(gain)
+        change = (after - before) / 1e-3
+        nearest = min(np.linalg.norm(change - one) for one in found[:reach])
+        assert nearest < 0.02 * np.linalg.norm(change)
+
+
+def test_a_clock_that_would_take_too_many_numbers_is_kept(slopes, monkeypatch):
+    monkeypatch.setattr(module, "MOST_NUMBERS", 1000)
+    assert clock_slopes(slopes[0], 1.0) is None
+
+
+def test_a_dead_zone_changes_nothing(slopes):
+    simulation, found, gain = slopes
+    dead = replace(simulation, dead=np.arange(ZONES) == 2)
+    without = clock_slopes(dead, gain)
+    assert not without[:, :, 2].any()
+    assert len(without) == len(found) - 1
+
+
+@pytest.fixture
+def loose(drawn, rig):
+    """A simulation that is off by known numbers of three directions, and those numbers."""
+    simulation = drawn(2)
+    rng, expected = np.random.default_rng(3), simulation.expected(rig.gain)
+    ways = 0.02 * np.stack([np.roll(expected, k, axis=2) - expected for k in (1, 3)] + [expected * rng.random((4, 1))])
+    true = np.array([1.2, -0.7, 0.4])
+    counts = rng.poisson(expected + np.tensordot(true, ways, 1)).astype(float)
+    return replace(simulation, counts=counts, loose=ways), true
+
+
+def penalised(simulation, expected, sigma=0.0):
+    """By scipy: least -2 log-likelihood over b, up to what no model changes."""
+    ways, counts = simulation.loose, simulation.counts
+
+    def loss(b):
+        mean = np.maximum(expected + np.tensordot(b, ways, 1), 1e-3)
+        return 2 * (poisson.logpmf(counts, counts).sum() - poisson.logpmf(counts, mean).sum()) + b @ b
+
+    return minimize(loss, np.zeros(len(ways)), method="BFGS")
+
+
+def test_the_clock_settles_where_the_penalised_likelihood_is_greatest(loose, rig):
+    simulation, true = loose
+    expected = simulation.expected(rig.gain)
+    gains, best = FrameGains(simulation, 0.0), penalised(simulation, expected)
+    assert gains.deviance(expected) == pytest.approx(best.fun, abs=0.1)
+    np.testing.assert_allclose(best.x, true, atol=0.4)
+    mean = expected + np.tensordot(best.x, simulation.loose, 1)
+    np.testing.assert_allclose(gains.applied(expected), mean, rtol=2e-3, atol=1e-2)
+    off = replace(simulation, loose=None)
+    assert FrameGains(off, 0.0).deviance(expected) > gains.deviance(expected) + 50
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.02])
+def test_changes_are_multiplied_by_the_inverse_covariance_of_photons_gains_and_clock(loose, rig, sigma):
+    simulation = loose[0].of(np.arange(2))
+    expected = simulation.expected(rig.gain)
+    gains = FrameGains(simulation, sigma)
+    mean, settled = gains.applied(expected), gains.settled(expected)[0]
+    covariance = np.diag(mean.ravel()) + np.tensordot(simulation.loose, simulation.loose, (0, 0)).reshape(
+        mean.size, mean.size
+    )
+    for f in range(2):
+        signal = np.zeros_like(mean)
+        signal[f] = settled[f] - simulation.dark
+        covariance += sigma**2 * np.outer(signal, signal)
+    one, other = np.random.default_rng(5).normal(size=(2, *mean.shape))
+    wanted = one.ravel() @ np.linalg.solve(covariance, other.ravel())
+    assert gains.product(expected, one, other) == pytest.approx(wanted, rel=1e-5, abs=1e-4)
+
+
+def test_slopes_of_a_fit_are_those_of_its_deviance(loose, rig):
+    simulation, _ = loose
+    gains = FrameGains(simulation, 0.0)
+    expected = simulation.expected(rig.gain)
+    columns = (0.3 * np.roll(expected, 2, axis=2)).reshape(-1, 1)
+    score, information = gains.normal_equations(expected, columns)
+
+    def deviance(step):
+        return gains.deviance(expected + step * columns.reshape(expected.shape))
+
+    step = 1e-2
+    slope = (deviance(step) - deviance(-step)) / (2 * step)
+    bend = (deviance(step) - 2 * deviance(0.0) + deviance(-step)) / step**2
+    assert -2 * score[0] == pytest.approx(slope, rel=0.02, abs=2.0)
+    assert 2 * information[0, 0] == pytest.approx(bend, rel=0.1)
+
+
+def test_a_shift_that_a_loose_clock_explains_is_no_effect(drawn, rig):
+    """All arrivals later: with a clock that is given it stands out, with one that was estimated it does not."""
+    simulation = drawn(4, "time_zero_offset", delay=40e-12)
+    (form, *_) = forms_of(find_effect("time_zero_offset"), {"zone": 4, "bin": 48})
+    won = []
+    for one in (simulation, replace(simulation, loose=clock_slopes(simulation, rig.gain))):
+        less = fit_nominal(one)
+        won.append(less.deviance - fit(one, (form,), np.concatenate([less.x, form.at_start()])).deviance)
+    assert won[0] > 500
+    assert won[1] < 0.03 * won[0]
