@@ -1,7 +1,6 @@
 """Gain that fluctuates from frame to frame: how much the data show, and what it leaves of a misfit."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -10,9 +9,9 @@ from mismatch.poisson import LEAST, deviance
 from mismatch.simulation import Simulation
 
 MOST_SIGMA = 1.0
-# Steps of an estimated clock to its best, and deviance by which one must still gain; what is expected falls to no less
-# than this part by it.
-TURNS, SETTLED, LOWEST = 5, 1e-3, 0.1
+# Steps of an estimated clock to its best, and deviance by which one must still gain; part of what one gained that the
+# next may at most. What is expected falls to no less than this part by it.
+TURNS, SETTLED, SLOWEST, LOWEST = 8, 1e-3, 0.25, 0.1
 # Twice the log-likelihood by which fluctuation must be better than none: one in twenty by chance, as it is no name but
 # what others are judged beside.
 SHOWN = 2.7
@@ -33,31 +32,27 @@ class FrameGains:
     simulation: Simulation
     sigma: float
 
-    def settled(self, expected: np.ndarray) -> tuple[np.ndarray, float]:
-        """(F, P, T) expected counts with an estimated clock at its best, and the sum of b²."""
-        if self.loose is None:
-            return expected, 0.0
-        mean, b = expected, np.zeros(len(self.loose))
+    def settled(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(F, P, T) expected counts with an estimated clock at its best, and (K,) b.
+
+        By scoring steps with one information, taken anew where they gain less than they should: it hardly changes.
+        """
+        loose, inverses = self.simulation.loose_rows, self.simulation.inverses
+        if loose is None:
+            return expected, np.zeros(0)
+        mean, b, due = expected, np.zeros(len(loose)), np.inf
         for _ in range(TURNS):
-            score, information = self._equations(mean, self.loose.T)
-            inverse = np.linalg.inv(information + np.eye(len(b)))
-            gradient = score - b
-            step = inverse @ gradient
-            if gradient @ step < SETTLED:
+            gradient = self._score(mean, loose) - b
+            if self.sigma not in inverses or gradient @ inverses[self.sigma] @ gradient > due:
+                inverses[self.sigma] = np.linalg.inv(self._information(mean, mean, loose) + np.eye(len(b)))
+            step = inverses[self.sigma] @ gradient
+            due = SLOWEST * gradient @ step
+            if due < SLOWEST * SETTLED:
                 break
             b = b + step
-            change = (b.astype(np.float32) @ self.loose).reshape(expected.shape)
+            change = (b.astype(loose.dtype) @ loose).reshape(expected.shape)
             mean = np.maximum(expected + change, LOWEST * expected)
-        return mean, float(b @ b)
-
-    @cached_property
-    def loose(self) -> np.ndarray | None:
-        """(K, F·P·T) changes of expected counts, as far as counts are trusted."""
-        simulation = self.simulation
-        if simulation.loose is None:
-            return None
-        loose = simulation.loose if simulation.trust is None else simulation.loose * simulation.trust
-        return loose.reshape(len(loose), -1)
+        return mean, b
 
     def _pieces(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signal (F, P, T), and by frame (F,) the score of u and its information, prior included."""
@@ -85,8 +80,8 @@ class FrameGains:
 
     def deviance(self, expected: np.ndarray) -> float:
         """Deviance with the clock and the frames' own gains at their best, b² for each number and u²/σ² for each."""
-        expected, paid = self.settled(expected)
-        total = float(deviance(self.simulation.counts, self._with_gains(expected)).sum()) + paid
+        expected, b = self.settled(expected)
+        total = float(deviance(self.simulation.counts, self._with_gains(expected)).sum() + b @ b)
         return total + (float((self.best(expected) ** 2).sum()) / self.sigma**2 if self.sigma else 0.0)
 
     def product(self, expected: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
@@ -94,11 +89,8 @@ class FrameGains:
 
         That is photons, and few directions more: those of each frame's signal, and of the clock (Woodbury 1950).
         """
-        expected = self.settled(expected)[0]
-        both = np.stack([one.ravel(), other.ravel()], axis=1)
-        if self.loose is not None:
-            both = np.concatenate([both, self.loose.T], axis=1)
-        information = self._information(expected, self._with_gains(expected), both)
+        expected, rows = self.settled(expected)[0], np.stack([one.ravel(), other.ravel()])
+        information = self._information(expected, self._with_gains(expected), self._with_loose(rows))
         found, mixed, inner = information[0, 1], information[:2, 2:], information[2:, 2:]
         return float(found - mixed[0] @ np.linalg.solve(inner + np.eye(len(inner)), mixed[1]))
 
@@ -107,41 +99,43 @@ class FrameGains:
 
         columns: (F·P·T, N) derivatives of expected counts.
         """
-        expected = self.settled(expected)[0]
-        if self.loose is None:
-            return self._equations(expected, columns)
-        many = columns.shape[1]
-        score, information = self._equations(expected, np.concatenate([columns, self.loose.T], axis=1))
-        mixed, inner = information[:many, many:], information[many:, many:]
-        # At the best b its own score is nothing.
-        taken = mixed @ np.linalg.solve(inner + np.eye(len(inner)), mixed.T)
-        return score[:many], information[:many, :many] - taken
+        many, (expected, b) = columns.shape[1], self.settled(expected)
+        rows = self._with_loose(columns.T)
+        score, information = self._score(expected, rows), self._information(expected, expected, rows)
+        mixed = information[:many, many:]
+        taken = mixed @ np.linalg.inv(information[many:, many:] + np.eye(len(b)))
+        return score[:many] - taken @ (score[many:] - b), information[:many, :many] - taken @ mixed.T
 
-    def _equations(self, expected: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Score and information of any columns, the frames' gains projected out."""
+    def _with_loose(self, rows: np.ndarray) -> np.ndarray:
+        """(N + K, F·P·T) changes, and those by the clock."""
+        loose = self.simulation.loose_rows
+        return rows if loose is None else np.concatenate([rows, loose])
+
+    def _score(self, expected: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(N,) of changes (N, F·P·T), the frames' gains projected out."""
         mean = np.maximum(expected, LEAST)
-        score = columns.T @ (self.simulation.counts / mean - 1).ravel()
-        if self.sigma:
-            signal, own, own_information = self._pieces(expected)
-            score = score - self._mixed(signal / mean, columns) @ (own / own_information)
-        return score, self._information(expected, mean, columns)
+        score = rows @ (self.simulation.counts / mean - 1).ravel().astype(rows.dtype)
+        if not self.sigma:
+            return score
+        signal, own, information = self._pieces(expected)
+        return score - _by_frame(signal / mean, rows) @ (own / information)
 
-    def _information(self, expected: np.ndarray, mean: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """(N, N) of columns, by photons that scatter about `mean`, and the frames' gains."""
+    def _information(self, expected: np.ndarray, mean: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(N, N) of changes (N, F·P·T), by photons that scatter about `mean`, and the frames' gains."""
         mean = np.maximum(mean, LEAST)
-        information = columns.T @ (columns / mean.reshape(-1, 1))
+        information = (rows * (1 / mean).ravel().astype(rows.dtype)) @ rows.T
         if self.sigma:
             signal = np.maximum(expected - self.simulation.dark, 0)
             each = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
-            mixed = self._mixed(signal / mean, columns)
+            mixed = _by_frame(signal / mean, rows)
             information = information - (mixed / each) @ mixed.T
         return information
 
-    @staticmethod
-    def _mixed(weighted: np.ndarray, columns: np.ndarray) -> np.ndarray:
-        """(N, F) products of columns with weighted signal (F, P, T), frame by frame."""
-        flat = weighted.reshape(len(weighted), -1)
-        return np.einsum("fc,fcn->nf", flat, columns.reshape(*flat.shape, -1))
+
+def _by_frame(weighted: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(N, F) products of changes with weighted signal (F, P, T), frame by frame."""
+    flat = weighted.reshape(len(weighted), -1)
+    return np.einsum("fc,nfc->nf", flat, rows.reshape(-1, *flat.shape))
 
 
 def frame_gain_sigma(simulation: Simulation, expected: np.ndarray, *, slow: bool = False) -> float:

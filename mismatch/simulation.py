@@ -68,6 +68,18 @@ class Simulation:
         """What of expected counts no laser sent, (P, 1) or (F, P, T)."""
         return self.background[:, None] * (1.0 if self.trust is None else self.trust)
 
+    @cached_property
+    def loose_rows(self) -> np.ndarray | None:
+        """(K, F·P·T) changes with numbers of the clock, as far as counts are trusted; None where it is known."""
+        if self.loose is None:
+            return None
+        return (self.loose if self.trust is None else self.loose * self.trust).reshape(len(self.loose), -1)
+
+    @cached_property
+    def inverses(self) -> dict[float, np.ndarray]:
+        """(K, K) of the information of these numbers near where they are, by how much gains fluctuate."""
+        return {}
+
     def trusting(self, trust: np.ndarray | None) -> "Simulation":
         """The same with its counts trusted as far as (F, P, T) `trust` says, whatever it was before."""
         if trust is None and self.trust is None:
