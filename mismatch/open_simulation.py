@@ -108,8 +108,9 @@ def _simulation_of(
         sensor = replace(sensor, background_counts=simulation.background)
     if estimated:
         clock = likelier_clock(simulation)
-        simulation = loosened(replace(simulation, clock=clock))
-        sensor = replace(sensor, pulse=clock.pulse, time_zero_s=clock.time_zero_s)
+        if clock is not simulation.clock:
+            simulation = loosened(replace(simulation, clock=clock))
+            sensor = replace(sensor, pulse=clock.pulse, time_zero_s=clock.time_zero_s)
     return simulation, sensor, tuple(notes)
 
 

@@ -59,7 +59,8 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     if simulation.guessed and names and (len(names) > 1 or what_is_left(found.train, found.judged)):
         most = max(range(len(names)), key=lambda i: without(found.train, found.judged, names[i], 0).deviance)
         clock = likelier_clock(simulation, found.judged.gain, (found.judged.settings[most],))
-        cheap = replace(economical(loosened(replace(simulation, clock=clock))), work=Work())
+        anew = replace(simulation, clock=clock)
+        cheap = replace(economical(anew if simulation.loose is None else loosened(anew)), work=Work())
         found = search(cheap, forms)
     return cheap, _leaving_less(cheap, found, forms)
 
