@@ -9,13 +9,15 @@ from scipy.stats import poisson
 
 from mismatch import clock_slopes as module
 from mismatch.clock_slopes import OF_DELAY, clock_slopes, longer
+from mismatch.explain import explain
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.noise import FrameGains
+from mismatch.open_simulation import simulation_of
 from physics.effects import find_effect
 from physics.pulse import ImpulseResponse
 
-from .conftest import WIDTH_S, ZONES
+from .conftest import FRAMES, WIDTH_S, ZONES
 
 
 @pytest.fixture(scope="module")
@@ -149,3 +151,24 @@ def test_a_shift_that_a_loose_clock_explains_is_no_effect(drawn, rig):
         won.append(less.deviance - fit(one, (form,), np.concatenate([less.x, form.at_start()])).deviance)
     assert won[0] > 500
     assert won[1] < 0.03 * won[0]
+
+
+def unrecorded(rig, seed, name, **values):
+    """The simulation beside counts under one effect, in a recording without response."""
+    counts = np.random.default_rng(seed).poisson(rig.expected(find_effect(name).at(**values)))
+    return simulation_of(rig.recording(counts, irf=None, irf_time_s=None), rig.maps)[0]
+
+
+def test_without_a_response_a_clock_that_is_fast_is_named_and_a_tail_is_the_response(rig):
+    found = explain(unrecorded(rig, 7, "bin_width_error", error=0.004)).verdict
+    assert (found.verdict, [effect.id for effect in found.effects]) == ("explained", ["bin_width_error"])
+    error = found.effects[0].parameters[0]
+    assert abs(error.value - 0.004) < 3 * error.sigma
+    assert explain(unrecorded(rig, 7, "impulse_tail", share=0.05, tau=1e-9)).verdict.verdict == "agrees"
+
+
+def test_an_estimate_beside_a_model_that_is_far_off_stays_as_it_is(rig):
+    far = 300 * rig.expected() + 3e4 * np.arange(FRAMES)[:, None, None]
+    simulation = simulation_of(rig.recording(far, irf=None, irf_time_s=None, laser_cycles=None), rig.maps)[0]
+    assert simulation.guessed
+    assert simulation.loose is None
