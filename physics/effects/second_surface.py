@@ -19,8 +19,6 @@ from physics.told_apart import WHICH, numbers
 NEAREST_M = 0.1
 # Ways to go with range that a fit begins at: by the inverse square, or not at all.
 FALLOFFS = (2.0, 0.0)
-# A surface in front whose light grows with less than this power of its nearness is none.
-NEARER = 1.0
 # So many times as much must tell for part of the surfaces as for all that a fit begins there. What one zone passes more
 # of its light than another of the same sheet, at most.
 PARTLY, UNEVEN = 1.1, 0.8
@@ -39,9 +37,10 @@ class SecondSurface(Effect):
         passed · reflectance · (r / (r + spacing))^falloff
 
     with falloff 2 where the second surface is lit as the first is, and 0 where its pulse goes with the first's at all
-    ranges alike. Each zone may have a part of its own, where glass covers part of the view. A sheet at or behind the
-    sensor is dark. One thing alone may be translucent, or stand behind glass: surfaces are told apart and followed
-    through the frames by their geometry, the largest first (`segments`).
+    ranges alike, as the veil of a coated target does, or a laser that fires a weak pulse in advance. Each zone may have
+    a part of its own, where glass covers part of the view. A sheet at or behind the sensor is dark. One thing alone may
+    be translucent, or stand behind glass: surfaces are told apart and followed through the frames by their geometry,
+    the largest first (`segments`).
     """
 
     id = "second_surface"
@@ -154,11 +153,9 @@ class SecondSurface(Effect):
         return thin or self.contradiction(values, rendering) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
-        """A pulse ahead that goes with the pulse at all ranges is the laser's; a thing is where its light is."""
+        """A thing is where its light is."""
         if values["one"] > WHOLE:
             return "all light of one thing comes from elsewhere, so that it is not where depth has it"
-        if values["spacing"] < 0 and values["falloff"] < NEARER:
-            return "a surface in front would return the more light the nearer it is, and this does not"
         return None
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:

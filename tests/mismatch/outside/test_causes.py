@@ -21,7 +21,7 @@ from .conftest import CAUSES, changed
 
 def test_none_has_a_name_of_the_library():
     assert not CAUSES.keys() & all_effects().keys()
-    assert {"frame_average", "early_pulse", "depth_error"} <= CAUSES.keys()
+    assert {"frame_average", "depth_bowl", "depth_error"} <= CAUSES.keys()
 
 
 @pytest.mark.parametrize("name", CAUSES)
@@ -84,13 +84,6 @@ def test_a_stale_frame(scene):
     np.testing.assert_allclose(found[5], 0.8 * plain[5] + 0.2 * plain[3], rtol=1e-12)
     np.testing.assert_allclose(found[1], 0.8 * plain[1] + 0.2 * plain[0], rtol=1e-12)
     np.testing.assert_allclose(changed(model, "stale_frame", first=0.1)[3], plain[3] + 0.1 * plain[0], rtol=1e-12)
-
-
-def test_an_early_pulse_comes_whole_bins_before(scene):
-    model, *_ = scene
-    light = model.expected(1000.0) - BACKGROUND[:, None]
-    found = changed(model, "early_pulse", part=0.1, ahead=3 * WIDTH_S) - BACKGROUND[:, None]
-    np.testing.assert_allclose(found[..., :-3], light[..., :-3] + 0.1 * light[..., 3:], atol=1e-9 * light.max())
 
 
 def test_depth_that_errs_with_its_square(scene, maps):

@@ -118,13 +118,6 @@ def test_it_suggests_the_spacing_and_what_is_covered(small):
 BINS_OF_4_CM = SimpleNamespace(clock=SimpleNamespace(bin_width_s=0.267e-9))
 
 
-@pytest.mark.parametrize(("spacing", "falloff", "denied"), [(-0.2, 0.0, True), (-0.2, 2.0, False), (0.2, 0.0, False)])
-def test_a_pulse_in_front_that_does_not_fall_off_is_no_surface(spacing, falloff, denied):
-    values = effect.at(passed=0.1, spacing=spacing, falloff=falloff).values
-    assert (effect.contradiction(values, BINS_OF_4_CM) is not None) == denied
-    assert effect.strained(values, BINS_OF_4_CM) == denied
-
-
 @pytest.mark.parametrize(("one", "denied"), [(0.99, True), (0.6, False), (0.0, False)])
 def test_a_thing_all_of_whose_light_comes_from_elsewhere_is_elsewhere(one, denied):
     assert (effect.contradiction(effect.at(one=one, spacing=0.1).values, BINS_OF_4_CM) is not None) == denied
