@@ -5,8 +5,6 @@ import pytest
 
 from mismatch.explain import explain
 
-from ..conftest import BACKGROUND
-
 
 def averaged(counts):
     """By a filter that keeps a quarter of what it had."""
