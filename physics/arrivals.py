@@ -7,7 +7,7 @@ from scipy.constants import speed_of_light
 
 from physics.clock import Clock, Lattice
 from physics.footprint import Footprints
-from physics.knots import bin_knots, delay_knots, splat_knots, stretch_knots
+from physics.knots import bin_knots, delay_knots, splat_knots, stretch_knots, until_knots
 from physics.light import Light
 from physics.pages import zeros
 from physics.workers import in_slices
@@ -34,6 +34,16 @@ class Arrivals:
         shares, first = _shares(self.lattice), 1 - self.lattice.lead
         out = np.empty((frames, zones, self.bins))
         in_slices(lambda some: bin_knots(self.light[some], shares, self.lattice.per_bin, first, out[some]), frames)
+        return out
+
+    def until(self, times: np.ndarray) -> np.ndarray:
+        """(F, P, N) light registered until each of N times, in bins from the start of bin 0; linear within a step."""
+        lattice = self.lattice
+        # Light of knot 0 is over `lead` steps after the start of bin 0, and sets in the length of the pulse before.
+        over = np.asarray(times, float) * lattice.per_bin + len(lattice.cumulative) - 1 - lattice.lead
+        light, backward = np.ascontiguousarray(self.light), np.ascontiguousarray(lattice.cumulative[::-1])
+        out = np.empty((*light.shape[:2], len(over)))
+        in_slices(lambda some: until_knots(light[some], backward, over, out[some]), len(light))
         return out
 
     def added(self, light: np.ndarray, arrival_s: np.ndarray) -> "Arrivals":

@@ -117,6 +117,36 @@ def stretch_knots(light, factor, about, out):
 
 
 @njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
+def until_knots(light, backward, over, out):
+    """Fill (F, P, N) with light of (F, P, J) knots that is registered `over` steps (N,) after knot 0 sets in.
+
+    backward: cumulative of the response from its last step to its first; linear within a step.
+    """
+    frames, zones, _ = light.shape
+    last = backward.size - 1
+    for f in range(frames):
+        for p in range(zones):
+            row = light[f, p]
+            begin, end = _lit(row)
+            summed = np.zeros(end - begin + 1)
+            for j in range(begin, end):
+                summed[j - begin + 1] = summed[j - begin] + row[j]
+            for n in range(over.size):
+                step = np.int64(np.floor(over[n]))
+                part = over[n] - step
+                # Of knots before `whole` all is registered, of those from `step` on nothing.
+                whole = min(max(step - last + 1, begin), end)
+                since, now, later = last - step + whole, 0.0, 0.0
+                lit, before, after = row[whole:], backward[since:], backward[since - 1 :]
+                for j in range(min(step + 1, end) - whole):
+                    # Indices without sign, as above: the compiler takes several at once.
+                    i = np.uint64(j)
+                    now += lit[i] * before[i]
+                    later += lit[i] * after[i]
+                out[f, p, n] = summed[whole - begin] + now + part * (later - now)
+
+
+@njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
 def bin_knots(light, shares, per_bin, first, out):
     """Fill (F, P, T) bins from (F, P, J) knots; `shares` of bin 0 are those of knots `first` and later."""
     frames, zones, _ = light.shape

@@ -3,7 +3,6 @@
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from physics.arrivals import Arrivals
 from physics.bin_waves import telling_period
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
@@ -11,6 +10,8 @@ from physics.rendering import Rendering
 # Bins from one tap of a delay line, or tick of the clock it divides, to where its pattern begins again.
 CYCLE = 8
 TAPS = tuple(f"tap_{k}" for k in range(1, CYCLE))
+# Part of the most counts by which a flat level may seem not to be.
+ROUNDING = 1e-12
 
 
 class BinNonlinearity(Effect):
@@ -165,32 +166,18 @@ def _moved(counts: np.ndarray, late: np.ndarray, rendering: Rendering) -> np.nda
     arrivals = getattr(rendering, "arrivals", None)
     rest, more = counts, 0.0
     if arrivals is not None:
-        rest = counts - rendering.gain * arrivals.binned()
-        more = rendering.gain * _between(arrivals, even, moved)
-    until = np.concatenate([np.zeros_like(rest[..., :1]), np.cumsum(rest, axis=-1)], axis=-1)
-    more = more + PchipInterpolator(even, until, axis=-1)(moved) - until
+        binned = arrivals.binned()
+        rest = counts - rendering.gain * binned
+        registered = arrivals.until(np.append(moved, 0.0))
+        even_so = registered[..., -1:] + np.cumsum(binned, axis=-1)
+        more = rendering.gain * (registered[..., :-1] - np.concatenate([registered[..., -1:], even_so], axis=-1))
+    if np.ptp(rest, axis=-1).max() <= ROUNDING * counts.max():
+        more = more + rest.mean(axis=-1, keepdims=True) * (moved - even)
+    else:
+        until = np.concatenate([np.zeros_like(rest[..., :1]), np.cumsum(rest, axis=-1)], axis=-1)
+        more = more + PchipInterpolator(even, until, axis=-1)(moved) - until
     # Where there are no counts, rounding alone could bring a bin below 0.
     return np.maximum(counts + np.diff(more, axis=-1), 0)
-
-
-def _between(arrivals: Arrivals, start: np.ndarray, stop: np.ndarray) -> np.ndarray:
-    """(F, P, N) signal registered between N pairs of times `start` and `stop` (N,), in bins; linear within a step.
-
-    One product of matrices: what of the light of each knot is registered between each pair.
-    """
-    light, lattice = arrivals.light, arrivals.lattice
-    lit = np.flatnonzero(light.any(axis=(0, 1)))
-    if not len(lit):
-        return np.zeros((*light.shape[:2], len(start)))
-    knots = slice(lit[0], lit[-1] + 1)
-    steps = np.arange(len(lattice.cumulative))
-
-    def until(edges: np.ndarray) -> np.ndarray:
-        # Light of knot 0 is over `lead` steps after the start of bin 0, and sets in the length of the pulse before.
-        over = edges * lattice.per_bin + steps[-1] - lattice.lead
-        return np.interp(over - np.arange(lattice.size)[knots, None], steps, lattice.cumulative)
-
-    return light[..., knots] @ (until(stop) - until(start))
 
 
 effect = BinNonlinearity()

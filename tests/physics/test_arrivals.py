@@ -120,3 +120,21 @@ def test_stretching_moves_light_in_proportion_and_keeps_it(factor, about_bins, a
     mean = stretched.light[0, 0] @ knots_s / 3
     assert stretched.light.sum() == pytest.approx(3)
     assert mean == pytest.approx((about_bins + factor * (at_bins - about_bins)) * 1e-9, abs=1e-15)
+
+
+def test_light_until_a_time_is_that_of_the_sum_over_pixels(small):
+    """Times before, between, on and after the bins' edges; each pixel's pulse has its cumulative."""
+    clock, direct = small.clock, small.light.returns[0]
+    times = np.array([-3.0, 0.0, 7.31, 12.0, 18.62, 25.5, 40.0, 47.2])
+    found = arrivals(small.light, small.footprints, clock).until(times)
+    arrival = clock.time_zero_s[:, None] + (2 * direct.range_m / 299_792_458).reshape(3, 1, -1)
+    until = clock.pulse.cumulative(times[:, None, None, None] * clock.bin_width_s - arrival)
+    lit = direct.strength.reshape(3, 1, -1) * small.footprints.weights.reshape(4, -1)
+    # Light on knots is as wide as they are apart.
+    np.testing.assert_allclose(found, np.einsum("fpu,nfpu->fpn", lit, until), atol=1e-3 * found.max())
+    within = times[(times >= 0) & (times <= 40) & (times % 1 == 0)].astype(int)
+    total = np.concatenate(
+        [[[[0.0]] * 4] * 3, np.cumsum(arrivals(small.light, small.footprints, clock).binned(), 2)], 2
+    )
+    early = found[..., [1]]
+    np.testing.assert_allclose(found[..., np.isin(times, within)], total[..., within] + early, rtol=1e-9, atol=1e-9)
