@@ -46,6 +46,7 @@ class BinWidthError(Effect):
         ("warmup", "tau"),
         ("error", "warmup", "tau"),
         ("warmup", "tau", "zero_in_seconds"),
+        ("apart",),
         ("error", "apart"),
     )
     richer = forms[-1:]
