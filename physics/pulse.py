@@ -47,6 +47,16 @@ class ImpulseResponse:
         """Probability that a photon is registered before `time_s` after its nominal arrival, any shape."""
         return np.interp(time_s, self.edges, self.edge_cumulative)
 
+    def integral(self, time_s: np.ndarray) -> np.ndarray:
+        """Integral of the cumulative up to `time_s`, seconds: quadratic within a step, linear after the last."""
+        edges, cumulative = self.edges, self.edge_cumulative
+        until = np.concatenate([[0.0], np.cumsum((cumulative[1:] + cumulative[:-1]) / 2 * self.step_s)])
+        inside = np.clip(time_s, edges[0], edges[-1])
+        step = np.minimum(((inside - edges[0]) / self.step_s).astype(int), len(self.probability) - 1)
+        part = inside - edges[step]
+        quadratic = until[step] + part * (cumulative[step] + self.probability[step] * part / (2 * self.step_s))
+        return quadratic + cumulative[-1] * np.maximum(time_s - edges[-1], 0)
+
     def in_bins(self, arrival_s: np.ndarray, bins: int, bin_width_s: float) -> np.ndarray:
         """(..., bins) share of a pulse in each bin, for nominal arrivals (...) after the start of bin 0.
 

@@ -43,8 +43,13 @@ def walked(values: Values, time_s: np.ndarray) -> np.ndarray:
     found = values["jump"] * expit((time_s - values["jump_at"]) / JUMP_S)
     if values["every"] <= SHORTEST_S or not heights.any():
         return found
-    at = np.clip(2 * time_s / values["every"], 0, len(heights) - 1)
-    return found + CubicSpline(np.arange(len(heights)), heights, bc_type="natural")(at)
+    return found + curve(heights, values["every"] / 2, time_s)
+
+
+def curve(heights: np.ndarray, every_s: float, time_s: np.ndarray) -> np.ndarray:
+    """A natural cubic spline through heights (N,) or (N, M), one every so many seconds; from the last on it stays."""
+    at = np.clip(np.asarray(time_s) / every_s, 0, len(heights) - 1)
+    return CubicSpline(np.arange(len(heights)), heights, bc_type="natural")(at)
 
 
 def walk_starts(parameters: dict[str, Parameter], time_s: np.ndarray, height: np.ndarray, weight: np.ndarray) -> list:

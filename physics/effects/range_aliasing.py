@@ -3,13 +3,15 @@
 import numpy as np
 from scipy.constants import speed_of_light
 
+from physics.curved_track import curved_track
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.folded import one_period_early, periods, seen_beyond, seen_through, walls, where_unknown
 from physics.light import Return
 from physics.odometry import camera_motion
-from physics.pulse import ImpulseResponse, longer
+from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
+from physics.walk import LEVELS, SHORTEST_S, curve
 
 # A steadier laser than this is as good as steady, and what is divided by must not vanish.
 LEAST_JITTER_S = 1e-14
@@ -26,9 +28,10 @@ class RangeAliasing(Effect):
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
-    draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds. One that stands still comes nearer
-    by as much as the camera has moved towards it; where nobody says, as what it sees says (`odometry`). It is followed
-    until it leaves the window, not into the next period.
+    draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds; or come and go on a way of its
+    own, a natural cubic spline through 0 and levels at even times. One that stands still comes nearer by as much as the
+    camera has moved towards it; where nobody says, as what it sees says (`odometry`). It is followed until it leaves
+    the window, not into the next period.
     """
 
     id = "range_aliasing"
@@ -44,6 +47,7 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", "speed"),
         ("counts", "apparent_range", "speed", "jitter"),
         ("counts", "apparent_range", "speed", "spread"),
+        ("counts", "apparent_range", *LEVELS),
         ("folded", "period"),
         ("folded", "period", "smear"),
         ("through", "depth", "smear"),
@@ -71,6 +75,8 @@ class RangeAliasing(Effect):
             sentence="Its range at the start of the session less whole periods of the laser: 8.44 m each at 17.77 MHz.",
         ),
         Parameter("speed", "m/s", -5.0, 5.0, 0.0, "By how much its range grows in a second."),
+        *(Parameter(name, "m", -20.0, 20.0, 0.0, f"By how much it is farther at level {name[-1]}.") for name in LEVELS),
+        Parameter("every", "s", SHORTEST_S, 1e5, SHORTEST_S, "Time from one level to the next."),
         Parameter(
             "jitter",
             unit="s",
@@ -122,7 +128,9 @@ class RangeAliasing(Effect):
 
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
-        return values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
+        found = values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
+        levels = np.array([0.0, *(values[name] for name in LEVELS)])
+        return found + curve(levels, values["every"], rendering.light.time_s) if levels.any() else found
 
     def _pulse(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F or 1, P or 1, T) shares of the pulse by bin, averaged over the jitter: exact for its cumulative, which is
@@ -134,7 +142,7 @@ class RangeAliasing(Effect):
         arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
         after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
         pulse = longer(clock.pulse, values["spread"])
-        cumulative = (_integral(pulse, after_s + jitter) - _integral(pulse, after_s - jitter)) / (2 * jitter)
+        cumulative = (pulse.integral(after_s + jitter) - pulse.integral(after_s - jitter)) / (2 * jitter)
         # Rounding makes an empty bin's share a little less than nothing.
         return np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
 
@@ -167,6 +175,14 @@ class RangeAliasing(Effect):
                     depth = float(np.clip(wall[0], self.parameter("depth").low, self.parameter("depth").high))
                     through = {"through": self.parameter("through").start, "depth": depth}
                     beyond.append(through | at | {"smear": smear, "still": still})
+        curved = curved_track(excess, expected, rendering)
+        if curved is not None:
+            arrival_s, levels, every = curved
+            apparent = speed_of_light / 2 * (arrival_s - np.mean(clock.time_zero_s))
+            where = {"apparent_range": float(apparent), "every": every}
+            where |= {name: speed_of_light / 2 * level for name, level in levels.items()}
+            if all(self.parameter(name).low <= value <= self.parameter(name).high for name, value in where.items()):
+                found.append({"counts": self.parameter("counts").start} | where)
         return found + beyond
 
 
@@ -178,17 +194,6 @@ def _beyond(values: Values, rendering: Rendering) -> list[Return]:
 def _way_m(rendering: Rendering) -> np.ndarray:
     """(F,) how far the camera has moved ahead."""
     return camera_motion(rendering.light).forward_m(rendering.light.time_s)
-
-
-def _integral(pulse: ImpulseResponse, time_s: np.ndarray) -> np.ndarray:
-    """Integral of the pulse's cumulative up to `time_s`, seconds: quadratic within a step, linear after the last."""
-    edges, cumulative = pulse.edges, pulse.edge_cumulative
-    until = np.concatenate([[0.0], np.cumsum((cumulative[1:] + cumulative[:-1]) / 2 * pulse.step_s)])
-    inside = np.clip(time_s, edges[0], edges[-1])
-    step = np.minimum(((inside - edges[0]) / pulse.step_s).astype(int), len(pulse.probability) - 1)
-    part = inside - edges[step]
-    quadratic = until[step] + part * (cumulative[step] + pulse.probability[step] * part / (2 * pulse.step_s))
-    return quadratic + cumulative[-1] * np.maximum(time_s - edges[-1], 0)
 
 
 effect = RangeAliasing()

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.constants import speed_of_light
+from scipy.interpolate import CubicSpline
 
 from physics.effect import Values
 from physics.single_photons.draw import by_zone, pulse_from_elsewhere, returned
@@ -16,6 +17,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     own."""
     ahead = start_from_camera(world, "range_aliasing with still")[2, 3] if values["still"] else 0.0
     there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - values["still"] * ahead
+    there = there + _way_of_its_own(values, world.time_s)
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
     period_s = values["period"]
@@ -26,6 +28,15 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
     jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1) + values["spread"] * rng.standard_normal(len(far))
     return photons.and_also(seen).and_also(replace(far, time_s=far.time_s + jitter_s))
+
+
+def _way_of_its_own(values: Values, time_s: float) -> float:
+    """Metres by which a target that comes and goes is farther than at the start."""
+    places = [0.0, *(values[f"level_{k}"] for k in range(1, 7))]
+    if not any(places):
+        return 0.0
+    times = values["every"] * np.arange(len(places))
+    return float(CubicSpline(times, places, bc_type="natural")(min(time_s, times[-1])))
 
 
 def _wall(world: World, values: Values, nearer: float) -> World:
