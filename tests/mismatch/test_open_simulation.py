@@ -5,13 +5,14 @@ import pytest
 
 from mismatch.blocks import halves
 from mismatch.open_simulation import open_simulation, simulation_of
+from physics.geometry import incidence_cosine, incidence_cosine_across_edges
 from physics.sensor import SensorModel
 from recordings.files import save
 from recordings.maps import ResponseMaps
 from recordings.maps_file import save_maps
 from recordings.refusal import Refusal
 
-from .conftest import BACKGROUND, BINS, COLUMNS, CYCLES, FRAMES, ROWS, ZONES
+from .conftest import BACKGROUND, BINS, COLUMNS, CYCLES, FRAMES, INTRINSICS, ROWS, ZONES, depths
 
 
 @pytest.fixture(scope="module")
@@ -131,6 +132,18 @@ def test_a_background_that_is_recorded_stays_as_recorded_where_the_response_is_e
     np.testing.assert_array_equal(simulation.background, BACKGROUND)
     assert "background_counts" not in sensor.sources
     assert not any("pedestal" in note for note in notes)
+
+
+@pytest.mark.parametrize("across", [False, True])
+def test_incidence_that_is_not_recorded_is_told_from_depth_in_the_likelier_way(rig, across):
+    """Counts are drawn with slopes of either kind; the rig's own come from depth within surfaces."""
+    told = incidence_cosine_across_edges if across else incidence_cosine
+    cosine = told(depths().astype(np.float32), INTRINSICS)
+    full, _, _ = simulation_of(rig.recording(rig.expected(), incidence_cosine=cosine), rig.maps)
+    counts = np.random.default_rng(5).poisson(full.expected(rig.gain))
+    simulation, _, notes = simulation_of(rig.recording(counts), rig.maps)
+    np.testing.assert_allclose(simulation.light.cosine, full.light.cosine, atol=1e-6)
+    assert any("across edges" in note for note in notes) == across
 
 
 def test_a_sensor_of_other_bins_is_refused(rig, counts):
