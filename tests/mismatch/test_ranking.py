@@ -30,8 +30,8 @@ def test_forms_that_begin_alike_promise_what_each_would_alone(aliased, monkeypat
     monkeypatch.setattr(ranking, "promise", counted)
     found, tried = ranked(aliased, nominal, forms)
     assert len(asked) < tried
-    # Steady, drawing near, jittered, deep: with one number of counts, and with one for each zone.
-    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 8
+    # Steady, drawing near, on a way of its own, jittered, deep: with one number of counts, and with one for each zone.
+    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 10
     for one in found:
         alone = promise(aliased, nominal, projection, one.form)
         assert (one.gain, one.dof, one.log_p) == (alone.gain, alone.dof, alone.log_p)

@@ -101,5 +101,5 @@ def test_what_is_there_or_not_is_drawn_whole():
     assert (whole.values["columns"], whole.values["transposed"], whole.values["rows"]) == (1.0, 1.0, 0.0)
     tail = find_effect("impulse_tail").at(share=0.02)
     assert _whole(tail, None) is tail
-    # A surface in front that returns no more light from nearer would contradict itself however strong.
-    assert _whole(find_effect("second_surface").at(passed=0.1, spacing=-0.05, falloff=0.5), None) is None
+    # A thing all of whose light comes from elsewhere would contradict itself however strong.
+    assert _whole(find_effect("second_surface").at(one=0.99, spacing=0.1), None) is None
