@@ -148,7 +148,7 @@ def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
         always = tuple(p.name for p in chosen if p.axis in ("bin", "edge"))
         for values in product(*(p.tries or (p.start,) for p in chosen)):
             start = rest | dict(zip(names, values, strict=True))
-            if set(divided) - set(always):
+            if set(divided) - set(always) and names not in effect.uneven:
                 yield Form(effect, names, always, start, many)
             if not set(divided) - set(always) or names not in effect.common:
                 yield Form(effect, names, divided, start, many)

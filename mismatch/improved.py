@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from mismatch.explain import Explanation
+from mismatch.likelier_response import likelier_clock
 from physics.sensor import SensorModel
 
 
@@ -14,5 +15,8 @@ def improved_sensor(sensor: SensorModel, explanation: Explanation) -> SensorMode
     sources = sensor.sources | {"effects": "found by difflidar explain"}
     simulation = explanation.simulation
     if simulation.guessed:
-        sensor = replace(sensor, pulse=simulation.clock.pulse, time_zero_s=simulation.clock.time_zero_s)
+        clock = simulation.clock
+        if simulation.loose is not None:
+            clock = likelier_clock(simulation, explanation.explained.gain, found, every=True)
+        sensor = replace(sensor, pulse=clock.pulse, time_zero_s=clock.time_zero_s)
     return replace(sensor, effects=(*kept, *found), sources=sources)

@@ -25,10 +25,13 @@ FAR = 100.0
 ROUNDS, STEPS, FARTHEST_BINS = 6, 30, 0.3
 
 
-def likelier_clock(simulation: Simulation, gain: float = 1.0, settings: tuple[Setting, ...] = ()) -> Clock:
+def likelier_clock(
+    simulation: Simulation, gain: float = 1.0, settings: tuple[Setting, ...] = (), every: bool = False
+) -> Clock:
     """The clock of a simulation with the response and delays of zones likeliest of its frames that choose.
 
-    gain, settings: a model of it, beside which they are to be; the nominal one if none is given.
+    gain, settings: a model of it, beside which they are to be; the nominal one if none is given. every: of all frames,
+    once nothing is to be judged any more.
 
     As they were estimated, gain and lateness of each zone and frame were free, the response was smooth, and ended where
     frames laid over one another did not show it; here all counts share one gain, and what comes earlier and later is
@@ -37,7 +40,7 @@ def likelier_clock(simulation: Simulation, gain: float = 1.0, settings: tuple[Se
     stays as smooth as it was. Delays have the mean 0: what all share is the response's. Where the nominal model is far
     off, as beside real scenes, it would take up what is amiss, and the clock stays.
     """
-    chosen = halves(len(simulation.counts))[0]
+    chosen = np.arange(len(simulation.counts)) if every else halves(len(simulation.counts))[0]
     part = simulation.of(chosen)
     if not settings and fit_nominal(part).deviance > FAR * part.counts.size:
         return simulation.clock

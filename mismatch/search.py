@@ -56,11 +56,12 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     cheap = replace(economical(simulation), work=Work())
     found = search(cheap, forms)
     names = found.judged.forms
-    if simulation.guessed and names and (len(names) > 1 or what_is_left(found.train, found.judged)):
+    loose = simulation.loose is not None
+    if simulation.guessed and names and (loose or len(names) > 1 or what_is_left(found.train, found.judged)):
         most = max(range(len(names)), key=lambda i: without(found.train, found.judged, names[i], 0).deviance)
         clock = likelier_clock(simulation, found.judged.gain, (found.judged.settings[most],))
         anew = replace(simulation, clock=clock)
-        cheap = replace(economical(anew if simulation.loose is None else loosened(anew)), work=Work())
+        cheap = replace(economical(loosened(anew) if loose else anew), work=Work())
         found = search(cheap, forms)
     return cheap, _leaving_less(cheap, found, forms)
 

@@ -35,7 +35,8 @@ class Effect:
     sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
     forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
     richer: those of the forms that are tried only where another of the effect's was chosen and leaves something.
-    common: those in which zones have no values of their own in a fit, as to render them takes too long.
+    common: those in which zones have no values of their own in a fit, as to render them takes too long. uneven: those
+    in which they have in any case, as what all share is another form.
     exact: whether anybody would write it in the same way, so that hardly anything is left of it once it is fitted.
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
@@ -53,6 +54,7 @@ class Effect:
     forms: ClassVar[tuple[tuple[str, ...], ...]] = ()
     richer: ClassVar[tuple[tuple[str, ...], ...]] = ()
     common: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    uneven: ClassVar[tuple[tuple[str, ...], ...]] = ()
     exact: ClassVar[bool] = False
 
     @property

@@ -49,7 +49,7 @@ class BinWidthError(Effect):
         ("apart",),
         ("error", "apart"),
     )
-    richer = forms[-1:]
+    richer, uneven = forms[-1:], (("apart",),)
     parameters = (
         # Makers state 3 % for such sensors before correction.
         Parameter(

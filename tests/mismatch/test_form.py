@@ -39,6 +39,11 @@ def test_an_effect_of_zones_is_tried_with_one_value_and_with_one_for_each():
     assert divided.name == "zone_gain(factor[])"
 
 
+def test_what_differs_by_zone_in_any_case_has_no_form_that_all_share():
+    (apart,) = (form for form in forms_of(find_effect("bin_width_error"), SIZES) if form.free == ("apart",))
+    assert apart.own == ("apart",)
+
+
 def test_a_form_begins_elsewhere_only_by_parameters_it_has():
     form = FORMS[0]
     assert form.beginning({"tau": 7e-10}).start["tau"] == 7e-10
