@@ -12,6 +12,7 @@ from mismatch.clock_slopes import OF_DELAY, clock_slopes, longer
 from mismatch.explain import explain
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
+from mismatch.improved import improved_sensor
 from mismatch.noise import FrameGains
 from mismatch.open_simulation import simulation_of
 from physics.effects import find_effect
@@ -154,17 +155,26 @@ def test_a_shift_that_a_loose_clock_explains_is_no_effect(drawn, rig):
 
 
 def unrecorded(rig, seed, name, **values):
-    """The simulation beside counts under one effect, in a recording without response."""
+    """A recording under one effect, without response."""
     counts = np.random.default_rng(seed).poisson(rig.expected(find_effect(name).at(**values)))
-    return simulation_of(rig.recording(counts, irf=None, irf_time_s=None), rig.maps)[0]
+    return rig.recording(counts, irf=None, irf_time_s=None)
 
 
-def test_without_a_response_a_clock_that_is_fast_is_named_and_a_tail_is_the_response(rig):
-    found = explain(unrecorded(rig, 7, "bin_width_error", error=0.004)).verdict
+def test_without_a_response_a_clock_that_is_fast_is_named_and_the_improved_sensor_agrees(rig):
+    recording = unrecorded(rig, 7, "bin_width_error", error=0.004)
+    simulation, assumed, _ = simulation_of(recording, rig.maps)
+    explained = explain(simulation)
+    found = explained.verdict
     assert (found.verdict, [effect.id for effect in found.effects]) == ("explained", ["bin_width_error"])
     error = found.effects[0].parameters[0]
     assert abs(error.value - 0.004) < 3 * error.sigma
-    assert explain(unrecorded(rig, 7, "impulse_tail", share=0.05, tau=1e-9)).verdict.verdict == "agrees"
+    better = improved_sensor(assumed, explained)
+    assert explain(simulation_of(recording, rig.maps, better)[0]).verdict.verdict == "agrees"
+
+
+def test_without_a_response_a_tail_is_part_of_it(rig):
+    simulation, _, _ = simulation_of(unrecorded(rig, 7, "impulse_tail", share=0.05, tau=1e-9), rig.maps)
+    assert explain(simulation).verdict.verdict == "agrees"
 
 
 def test_an_estimate_beside_a_model_that_is_far_off_stays_as_it_is(rig):
