@@ -1,4 +1,4 @@
-"""Gain that fluctuates from frame to frame: how much the data show, and what it leaves of a misfit."""
+"""What has no name, gain that fluctuates and a clock that was estimated: what they leave of a misfit."""
 
 from dataclasses import dataclass
 

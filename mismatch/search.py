@@ -51,7 +51,8 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     """The effects, of all that there are, that stand in a recording; and its simulation, as it was searched.
 
     A response that was estimated holds what was amiss when nobody knew of it, and beside the cause that takes a name of
-    its own, or is left. Then it is estimated anew, beside what explains most, and all is sought once more.
+    its own, or is left. Then it is estimated anew, beside what explains most, and all is sought once more. One that is
+    loose hides no name, but is off all the same, and the model that was found is to have it right.
     """
     cheap = replace(economical(simulation), work=Work())
     found = search(cheap, forms)
