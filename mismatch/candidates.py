@@ -47,8 +47,9 @@ class Candidate:
     score: what it promised. fit: of the frames that choose. criterion: deviance there, and the price of its parameters
     (Schwarz 1978). heldout: deviance on the frames that decide. z: how many standard deviations the change it makes
     stands out of the noise of those frames.
-    observed, expected_gain: what deviance it gains there, and what it should if it were the cause. elsewhere: part of
-    its change that is in cells which it changes by more than the effects before it do.
+    observed, expected_gain, scatter: what deviance it gains there, what it should if it were the cause, and the
+    standard deviation of that. elsewhere: part of its change that is in cells which it changes by more than the effects
+    before it do.
     """
 
     score: Score
@@ -58,6 +59,7 @@ class Candidate:
     z: float
     observed: float
     expected_gain: float
+    scatter: float
     elsewhere: float
 
     @property
@@ -72,17 +74,17 @@ class Candidate:
         far short.
         """
         setting = self.fit.settings[-1]
-        if setting.effect.looks(setting.values) and falls_short(self.observed, self.expected_gain, True):
+        if setting.effect.looks(setting.values) and falls_short(self.observed, self.expected_gain, self.scatter, True):
             return False
         return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > NOTICEABLE)
 
     def is_minor(self, won: float) -> bool:
         """Whether it gains too little to be a cause of its own beside others, which gained `won`.
 
-        The gain of a true cause scatters about what is expected by twice its root, as likelihood ratios do. What gains
+        The gain of a true cause scatters about what is expected. What gains
         far more than that has found the place, but not the cause.
         """
-        short = (self.expected_gain - self.observed) / (2 * np.sqrt(max(self.expected_gain, 1.0)))
+        short = (self.expected_gain - self.observed) / self.scatter
         if short < -FAR and self.expected_gain < SURPRISING * self.observed:
             return True
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
@@ -157,7 +159,7 @@ def candidate(train: Simulation, test: Simulation, before: Fit, found: Score, fi
     criterion = fitted.deviance + cost(train, fitted)
     heldout = on_others(test, fitted)[1]
     away = elsewhere(test, before, fitted) if before.forms else 1.0
-    return Candidate(found, fitted, criterion, heldout, won.z, won.observed, won.expected, away)
+    return Candidate(found, fitted, criterion, heldout, won.z, won.observed, won.expected, won.scatter, away)
 
 
 def elsewhere(test: Simulation, before: Fit, fitted: Fit) -> float:

@@ -12,9 +12,10 @@ def doubts(simulation: Simulation, judged: Fit, effects: tuple[Named, ...]) -> t
     looking = {s.effect.id for s in judged.settings if s.effect.looks(s.values) or s.effect.owns_up(s.values)}
     found = []
     for one in effects:
-        if falls_short(one.heldout_gain, one.expected_gain, one.id in looking, len(effects)):
+        told = one.heldout_gain, one.expected_gain, one.scatter
+        if falls_short(*told, one.id in looking, len(effects)):
             gained = f"gains {one.heldout_gain:.0f} on frames held out where {one.expected_gain:.0f} are due"
-            p_value = chance(one.heldout_gain, one.expected_gain) * len(effects)
+            p_value = chance(*told) * len(effects)
             sentence = f"{one.id} stands in for something else: it {gained}"
             found.append(wherever(simulation, p_value, sentence))
     rendering = simulation.rendering(judged.gain) if judged.settings else None

@@ -16,20 +16,21 @@ SIGNIFICANT = 1e-3
 # of which nobody saw all, gains more or less as things happen to be in better or worse places.
 SHORT, SHORT_LOOKING = 0.75, 0.5
 # How often frames are drawn to say what an effect that looks should gain.
-DRAWS = 4
+DRAWS = 8
 
 
 @dataclass(frozen=True)
 class Gained:
     """Of a fit, over one with less in it.
 
-    observed: deviance gained. expected: what it should be were the fuller one right. z: how many standard deviations
-    the change it makes stands out of the noise.
+    observed: deviance gained. expected: what it should be were the fuller one right, and scatter: its standard
+    deviation then. z: how many standard deviations the change it makes stands out of the noise.
     """
 
     observed: float
     expected: float
     z: float
+    scatter: float
 
 
 def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
@@ -47,39 +48,47 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
     # could make of that.
     expected = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
     expected *= information / max(float((change**2 / mean).sum()), 1e-12)
+    chance = 0.0
     if any(setting.effect.looks(setting.values) for setting in more.settings):
         # What has looked at these frames stands out by as much as its evidence is worth: the chance that noise makes
         # a likelihood ratio as large as exp(gain/2) is less than its inverse (Markov).
-        z, expected = min(z, float(np.sqrt(max(before - after, 0.0)))), _if_it_were_true(test, less, more)
+        z = min(z, float(np.sqrt(max(before - after, 0.0))))
+        expected, chance = _if_it_were_true(test, less, more)
     # Each parameter has fitted noise of other frames, too: it makes the fuller one look farther away by one, and gain
     # one less. Numbers that are drawn are shrunk by as much.
-    fitted_noise = 2.0 * (more.numbers - less.numbers)
-    return Gained(before - after, max(expected - fitted_noise, 0.0), z)
+    expected = max(expected - 2.0 * (more.numbers - less.numbers), 0.0)
+    return Gained(before - after, expected, z, max(chance, poisson_scatter(expected)))
 
 
-def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> float:
-    """Deviance gained on frames drawn from the fuller fit, things being somewhere in each by chance."""
+def poisson_scatter(expected: float) -> float:
+    """Standard deviation of deviance gained where so much is due: twice its root, as of likelihood ratios."""
+    return 2 * float(np.sqrt(max(expected, 1.0)))
+
+
+def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> tuple[float, float]:
+    """Deviance gained on frames drawn from the fuller fit, things being somewhere in each by chance: mean, scatter."""
     rng = np.random.default_rng(0)
-    looking = next(s for s in more.settings if s.effect.looks(s.values))
-    without = test.without(more.gain, more.settings, looking)
+    settings = more.settings
+    looking = next(s for s in settings if s.effect.looks(s.values))
+    without = test.without(more.gain, settings, looking)
     each = []
     for _ in range(DRAWS):
         mean = looking.effect.at_random(looking.values, without, rng)
         drawn = replace(test.trusting(None), counts=rng.poisson(mean).astype(float)).trusting(test.trust)
         each.append(on_others(drawn, less)[1] - on_others(drawn, more)[1])
-    return float(np.mean(each))
+    return float(np.mean(each)), float(np.std(each, ddof=1))
 
 
-def falls_short(observed: float, expected: float, looking: bool, tried: int = 1) -> bool:
+def falls_short(observed: float, expected: float, scatter: float, looking: bool, tried: int = 1) -> bool:
     """Whether deviance gained on held-out frames is far below what it should be were the name right."""
     short = observed < (SHORT_LOOKING if looking else SHORT) * max(expected, 1.0)
-    return short and chance(observed, expected) * tried < SIGNIFICANT
+    return short and chance(observed, expected, scatter) * tried < SIGNIFICANT
 
 
-def chance(observed: float, expected: float) -> float:
+def chance(observed: float, expected: float, scatter: float) -> float:
     """Of gaining so little where a name is right.
 
-    The gain scatters about what is expected, E, by 2√E, as likelihood ratios do; and what is expected by as much, as it
-    goes with the square of a strength that as many frames told to 1 part in √E. Both together by √(8E).
+    The gain scatters about what is expected by `scatter`; and what is expected by as much, as it goes with the square
+    of a strength, or with how often a thing is there, that as many frames told as well. Both together by √2 times that.
     """
-    return float(norm.cdf((observed - max(expected, 1.0)) / np.sqrt(8 * max(expected, 1.0))))
+    return float(norm.cdf((observed - max(expected, 1.0)) / (np.sqrt(2) * scatter)))

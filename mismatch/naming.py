@@ -91,6 +91,7 @@ def _name(train: Simulation, test: Simulation, judged: Fit, contest: Contest, ex
         heldout_gain=won.observed,
         p_value=significance(won.z, tried),
         expected_gain=won.expected,
+        scatter=won.scatter,
         look_alikes=tuple(alternatives),
     )
 

@@ -129,6 +129,6 @@ def _beside(train: Simulation, test: Simulation, forms: list[Form], owning: Fit)
     if last.before.forms or not same:
         return rounds
     best = min(same, key=lambda candidate: candidate.criterion)
-    if best.z < AS_WELL or falls_short(best.observed, best.expected_gain, True):
+    if best.z < AS_WELL or falls_short(best.observed, best.expected_gain, best.scatter, True):
         return rounds
     return onward(train, test, forms, [replace(last, chosen=best)], best.fit)

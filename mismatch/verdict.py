@@ -33,7 +33,8 @@ class Alternative:
 @dataclass(frozen=True)
 class Named:
     """An effect that is there. heldout_gain, expected_gain: deviance that it gains on the frames held out, and what it
-    should gain there if it is the cause. p_value: after correction for the number of effects tried."""
+    should gain there if it is the cause. p_value: after correction for the number of effects tried. scatter: standard
+    deviation of such a gain from recording to recording, None where nobody asked."""
 
     id: str
     sentence: str
@@ -42,6 +43,7 @@ class Named:
     p_value: float
     expected_gain: float
     look_alikes: tuple[Alternative, ...] = ()
+    scatter: float | None = None
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ class Verdict:
             "format": FORMAT,
             "verdict": self.verdict,
             "located": [_place(place) for place in self.located],
-            "effects": [asdict(effect) for effect in self.effects],
+            "effects": [_effect(effect) for effect in self.effects],
             "fit": {"train": asdict(self.train), "heldout": asdict(self.heldout), "gap_closed": self.gap_closed},
             "unexplained": [_place(place) for place in self.unexplained],
             "not_visible": [asdict(one) for one in self.not_visible],
@@ -96,6 +98,11 @@ class Verdict:
     def text(self) -> str:
         """JSON, with what no number says as null."""
         return json.dumps(_plain(self.to_json()), indent=1, allow_nan=False) + "\n"
+
+
+def _effect(effect: Named) -> dict[str, Any]:
+    """An effect as the file holds it, which has no field for how gains scatter."""
+    return {name: value for name, value in asdict(effect).items() if name != "scatter"}
 
 
 def _place(place: Place) -> dict[str, Any]:

@@ -14,7 +14,7 @@ SIZES = {"zone": 4, "bin": 48}
 
 
 def of(observed, expected, away):
-    return Candidate(None, None, 0.0, 0.0, 9.0, observed, expected, away)
+    return Candidate(None, None, 0.0, 0.0, 9.0, observed, expected, 2 * max(expected, 1) ** 0.5, away)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,10 @@ def test_what_has_come_to_nothing_does_not_stand_out():
     """Its trace may fit frames held out though what is left of it gains nothing: it would end the search."""
     fitted = SimpleNamespace(settings=[SimpleNamespace(effect=find_effect("window_clipping"), values={})])
     for observed, stands in ((0.01, False), (30.0, True)):
-        assert Candidate(None, fitted, 0.0, 0.0, 6.0, observed, observed, 1.0).stands_out(10) == stands
+        assert (
+            Candidate(None, fitted, 0.0, 0.0, 6.0, observed, observed, 2 * max(observed, 1) ** 0.5, 1.0).stands_out(10)
+            == stands
+        )
 
 
 def test_a_number_that_data_gave_is_a_parameter(drawn):

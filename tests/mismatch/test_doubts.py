@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mismatch.doubts import doubts
-from mismatch.gained import chance
+from mismatch.gained import chance, poisson_scatter
 from mismatch.verdict import Named
 from physics.effects import find_effect
 
@@ -14,7 +14,7 @@ NOBODY = SimpleNamespace(settings=())
 
 
 def named(name, gain, expected):
-    return Named(name, "It is there.", (), gain, 1e-9, expected)
+    return Named(name, "It is there.", (), gain, 1e-9, expected, (), poisson_scatter(expected))
 
 
 @pytest.mark.parametrize(
@@ -45,6 +45,6 @@ def test_what_is_expected_is_as_uncertain_as_what_is_gained():
     rng, strength, counts = np.random.default_rng(8), 0.1, 2e4
     fitted, seen = (strength + rng.normal(size=20_000) / np.sqrt(counts) for _ in range(2))
     expected, observed = counts * fitted**2, counts * (seen**2 - (seen - fitted) ** 2)
-    p = np.array([chance(o, e) for o, e in zip(observed, expected, strict=True)])
+    p = np.array([chance(o, e, poisson_scatter(e)) for o, e in zip(observed, expected, strict=True)])
     assert np.mean(p < 0.01) == pytest.approx(0.01, abs=0.004)
     assert np.mean(p < 0.2) == pytest.approx(0.2, abs=0.02)

@@ -7,7 +7,7 @@ import pytest
 
 from mismatch.fit import expected_at, fit, fit_nominal
 from mismatch.form import forms_of
-from mismatch.gained import gained
+from mismatch.gained import gained, poisson_scatter
 from mismatch.looked import looked
 from mismatch.looks import blur, deviance_at, equations, flattery
 from mismatch.noise import FrameGains
@@ -21,9 +21,19 @@ VALUES = {"roaming": 60.0, "present": 0.7}
 
 
 @pytest.fixture(scope="module")
-def disturbed(rig, simulated):
+def disturbed(drawn_with_pulses):
     """Frames of which most hold a pulse somewhere."""
-    rng = np.random.default_rng(4)
+    return drawn_with_pulses(4)
+
+
+@pytest.fixture(scope="module")
+def drawn_with_pulses(rig, simulated):
+    """Such frames, one recording for each seed."""
+    return lambda seed: _disturbed(rig, simulated, seed)
+
+
+def _disturbed(rig, simulated, seed):
+    rng = np.random.default_rng(seed)
     effect = find_effect("interference")
     bare = simulated(rig.expected())
     gain = fit_nominal(bare).gain
@@ -75,13 +85,17 @@ def test_where_there_is_nothing_nothing_is_promised(drawn):
         assert promised.information == 0
 
 
-def test_held_out_frames_gain_what_they_should(disturbed):
-    train, test = disturbed.of(np.arange(0, 24, 2)), disturbed.of(np.arange(1, 24, 2))
-    begun = COMMON.beginning({"roaming": 50.0, "present": 0.7})
-    nominal = fit_nominal(train)
-    fitted = fit(train, (begun,), np.concatenate([nominal.x, begun.at_start()]))
-    won = gained(test, nominal, fitted)
-    # How much a pulse shows depends on where it is, and there are twelve frames.
-    assert 0.4 < won.observed / won.expected < 2.5
-    assert won.z <= np.sqrt(won.observed)
-    assert won.z > 5
+def test_held_out_frames_gain_what_they_should_and_scatter_as_they_say(drawn_with_pulses):
+    """Of twenty recordings; how much a pulse shows depends on where it is, and whether it is there is chance."""
+    off, ratios = [], []
+    for seed in range(20):
+        recorded = drawn_with_pulses(100 + seed)
+        train, test = recorded.of(np.arange(0, 24, 2)), recorded.of(np.arange(1, 24, 2))
+        begun, nominal = COMMON.beginning({"roaming": 50.0, "present": 0.7}), fit_nominal(train)
+        won = gained(test, nominal, fit(train, (begun,), np.concatenate([nominal.x, begun.at_start()])))
+        off.append((won.observed - won.expected) / (np.sqrt(2) * won.scatter))
+        ratios.append(won.observed / won.expected)
+        assert 5 < won.z <= np.sqrt(won.observed)
+        assert won.scatter > 1.2 * poisson_scatter(won.expected)
+    assert np.median(ratios) == pytest.approx(1, abs=0.15)
+    assert 0.6 < np.std(off) < 1.4
