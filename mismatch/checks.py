@@ -26,12 +26,14 @@ LIT = 1.0
 class Check:
     """A property of noise that the residuals should have. p_value: chance of as much. sentence: what is found.
 
-    foreign: whether a cause whose formula is a little different would never leave such a thing.
+    foreign: whether a cause whose formula is a little different would never leave such a thing. certain: nor one whose
+    formula is quite different.
     """
 
     p_value: float
     sentence: str
     foreign: bool = False
+    certain: bool = False
 
 
 def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
@@ -48,6 +50,7 @@ def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
         *rhythms,
         dispersion(counts[sure], expected[sure]),
         *remainders(np.rint(simulation.recorded), mean if trust is None else mean / trust),
+        gap(np.rint(simulation.recorded)[:, alive], (mean if trust is None else mean / trust)[:, alive]),
         single,
         late(excess, mean_alive),
     ]
@@ -147,6 +150,26 @@ def remainders(counts: np.ndarray, mean: np.ndarray) -> list[Check]:
         said = f"counts of zone {where} divided by {step} leave some remainders more often than others"
         out.append(Check(p_value, said))
     return out
+
+
+def gap(counts: np.ndarray, mean: np.ndarray) -> Check:
+    """Whether a zone holds no cell of a few counts, below the least that any has, where there should be some.
+
+    A sensor may send small counts as none. That not one of cells of means μ holds 1 to m - 1 counts has the chance
+    Π (1 - P(1 ≤ n < m)).
+    """
+    worst, sentence, zones = 1.0, "", counts.shape[1]
+    for zone in range(zones):
+        seen, due = counts[:, zone], mean[:, zone]
+        least = min(seen[seen > 0], default=0)
+        if least < 2:
+            continue
+        within = poisson.cdf(least - 1, due) - np.exp(-due)
+        p = float(np.exp(np.log1p(-np.minimum(within, 1 - 1e-16)).sum()))
+        if p < worst:
+            worst, some = p, "1 count" if least == 2 else f"1 to {least - 1:.0f} counts"
+            sentence = f"no cell of a zone holds {some}, where {within.sum():.0f} should"
+    return Check(min(1.0, worst * zones), sentence, foreign=True, certain=True)
 
 
 def _not_recurring(counts: np.ndarray, step: int) -> np.ndarray:

@@ -10,6 +10,7 @@ from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.ranking import ranked
+from mismatch.refined import enriched
 from mismatch.rivals import evidence
 from mismatch.selection import MOST_EFFECTS, Round, coordinates, most_promising, onward, others_than, without
 from mismatch.simulation import Simulation
@@ -33,6 +34,8 @@ def exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: li
             stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect.id in there]
             rounds = onward(train, test, forms, stay, less)
         rounds, other = _one_exchanged(train, test, forms, rounds)
+        if not other:
+            rounds, other = _one_in_another_form(train, test, forms, rounds)
         if less is found and not other:
             break
     return rounds
@@ -52,12 +55,39 @@ def _one_exchanged(
         other = _in_place_of(train, test, forms, found, form)
         if other is None:
             continue
-        if evidence(train, test, other.chosen.fit) < evidence(train, test, found) + ODDS:
+        if not _likelier(train, test, other.chosen.fit, found):
             rounds = _beside_all(train, test, rounds, form, other)
             continue
         stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect is not form.effect]
         return onward(train, test, forms, [*stay, other], other.chosen.fit), True
     return rounds, False
+
+
+def _one_in_another_form(
+    train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]
+) -> tuple[list[Round], bool]:
+    """Rounds in which one of several effects has another form of its own, which is likelier beside the others.
+
+    And whether one has. It was chosen among its forms before others had names, or for its promise.
+    """
+    found = rounds[-1].before
+    for form in found.forms if len(found.forms) > 1 else ():
+        if train.work.enough:
+            break
+        other = _in_place_of(train, test, forms, found, form, itself=True)
+        if other is None or not _likelier(train, test, other.chosen.fit, found):
+            continue
+        fits = other.chosen.fit, enriched(train, other.chosen.fit, forms)
+        stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect is not form.effect]
+        rivals = [c for one in rounds if one not in stay for c in one.candidates if c.form.effect is not form.effect]
+        other = replace(other, candidates=(*other.candidates, *rivals))
+        return onward(train, test, forms, [*stay, other], max(fits, key=lambda f: evidence(train, test, f))), True
+    return rounds, False
+
+
+def _likelier(train: Simulation, test: Simulation, one: Fit, other: Fit) -> bool:
+    """Whether a fit is so much likelier than another that it takes its place."""
+    return evidence(train, test, one) >= evidence(train, test, other) + ODDS
 
 
 def _beside_all(train: Simulation, test: Simulation, rounds: list[Round], form: Form, other: Round) -> list[Round]:
@@ -76,14 +106,21 @@ def _beside_all(train: Simulation, test: Simulation, rounds: list[Round], form: 
     return [anew(one) for one in rounds]
 
 
-def _in_place_of(train: Simulation, test: Simulation, forms: list[Form], found: Fit, form: Form) -> Round | None:
-    """The round that chooses an effect in the place of one that was found, the likeliest; None where none promises."""
+def _in_place_of(
+    train: Simulation, test: Simulation, forms: list[Form], found: Fit, form: Form, itself: bool = False
+) -> Round | None:
+    """The round that chooses what is likeliest in the place of an effect that was found; None where nothing promises.
+
+    itself: another form of it, and not another effect.
+    """
     less = without(train, found, form)
-    scores, tried = ranked(train, less, [f for f in others_than(less, forms) if f.effect is not form.effect])
+    scores, tried = ranked(train, less, [f for f in others_than(less, forms) if (f.effect is form.effect) == itself])
     least = PROMISING * (less.deviance - found.deviance)
     promising = [s for s in scores if s.gain > least and s.log_p < np.log(SIGNIFICANT / tried)]
     if not promising:
         return None
-    candidates = candidates_of(train, test, less, most_promising(promising, less.deviance))
+    # What its forms promise where they begin tells them from others, and hardly from each other.
+    each = list({(s.form.free, s.form.own): s for s in reversed(promising)}.values())
+    candidates = candidates_of(train, test, less, each if itself else most_promising(promising, less.deviance))
     likeliest = max(candidates, key=lambda candidate: evidence(train, test, candidate.fit))
     return Round(less, tuple(scores), tried, tuple(candidates), likeliest)

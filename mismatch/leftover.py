@@ -39,8 +39,9 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
         found += places(simulation, fitted)
     if many * window.p_value < least and not found:
         found.append(replace(window, p_value=window.p_value * many))
-    worst = min(besides, key=lambda check: check.p_value)
-    if many * worst.p_value < least and not found:
-        found.append(wherever(simulation, worst.p_value * many, worst.sentence, worst.foreign))
+    besides = [check for check in besides if many * check.p_value < least]
+    worst = [] if found else sorted(besides, key=lambda check: check.p_value)[:1]
+    for check in (*worst, *(check for check in besides if check.certain and check not in worst)):
+        found.append(wherever(simulation, check.p_value * many, check.sentence, check.foreign))
     total = max(sum(place.gain for place in found), 1e-12)
     return tuple(replace(place, share=place.gain / total) for place in found)

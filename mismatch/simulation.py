@@ -105,7 +105,9 @@ class Simulation:
 
     def _before_trust(self, gain: float, effects: tuple[Setting, ...]) -> np.ndarray:
         """(F, P, T) expected counts, to read only."""
-        self.work.add(self.light.range_m.size + self.counts.size, self._read_anew(effects), self._drawn_anew(effects))
+        drawing = tuple(setting.key for setting in effects if setting.effect.redraws_maps(setting.values))
+        drawn = self.footprints.field.pixels if drawing else 0
+        self.work.add(self.light.range_m.size + self.counts.size, self._read_anew(effects), drawn, drawing)
         key = (gain, *(setting.key for setting in effects))
         recent: dict[tuple, np.ndarray] = self._recent.__dict__
         found = recent.pop(key) if key in recent else self._expected(gain, effects)
@@ -120,11 +122,6 @@ class Simulation:
         moves = [setting.effect.moves_maps(setting.values) for setting in effects]
         both = any(zones for zones, _ in moves) and any(frames for _, frames in moves)
         return self.light.range_m.size * self.counts.shape[1] if both else 0
-
-    def _drawn_anew(self, effects: tuple[Setting, ...]) -> int:
-        """Pixels of the zones' maps that are drawn anew."""
-        drawn = any(setting.effect.redraws_maps(setting.values) for setting in effects)
-        return self.footprints.field.pixels if drawn else 0
 
     @cached_property
     def remembered(self) -> Remembered:

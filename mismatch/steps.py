@@ -5,6 +5,9 @@ import numpy as np
 from mismatch.coordinate import bounds
 from mismatch.form import Form
 
+# No light is that many times brighter or fainter than counts are few: beyond, numbers would overflow.
+MOST_LOG_GAIN = 230.0
+
 
 def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:
     """A damped scoring step; coordinates at a bound that pulls them out stay there."""
@@ -27,6 +30,8 @@ def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:
 
 def limits(forms: tuple[Form, ...]) -> tuple[np.ndarray, np.ndarray]:
     """(N,) each: bounds of the coordinates, log gain first."""
-    pairs = [(-np.inf, np.inf)] + [bounds(parameter) for form in forms for parameter, _ in form.coordinates]
+    pairs = [(-MOST_LOG_GAIN, MOST_LOG_GAIN)] + [
+        bounds(parameter) for form in forms for parameter, _ in form.coordinates
+    ]
     low, high = np.array(pairs).T
     return low, high

@@ -15,17 +15,22 @@ READING = 10
 
 @dataclass
 class Work:
-    """What was asked of a simulation. renderings: how many, by size, kept from before or not."""
+    """What was asked of a simulation. renderings: how many, by size, kept from before or not, drawings of maps once."""
 
     renderings: float = 0.0
+    _drawings: set[tuple] = field(default_factory=set)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def add(self, numbers: int, read: int = 0, drawn: int = 0) -> None:
+    def add(self, numbers: int, read: int = 0, drawn: int = 0, drawing: tuple = ()) -> None:
         """One rendering more, of so many pixels and cells.
 
-        read: pixels of maps that are read for it zone by zone. drawn: those that are drawn anew.
+        read: pixels of maps that are read for it zone by zone. drawn: those that are drawn, as `drawing`, anew if they
+        were not before.
         """
         with self._lock:
+            drawn = 0 if drawing in self._drawings else drawn
+            if drawn:
+                self._drawings.add(drawing)
             self.renderings += min(max(numbers / WHOLE, LEAST), 1.0) + (READING * read + drawn) / WHOLE
 
     @property

@@ -50,7 +50,9 @@ class FootprintBlur(Effect):
         ("variance", "amount", "kept"),
         ("haze", "wide"),
         ("steeper",),
+        ("variance", "taller", "amount", "kept"),
     )
+    richer = forms[-1:]
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(
@@ -59,8 +61,9 @@ class FootprintBlur(Effect):
             low=-2500.0,
             high=10000.0,
             start=36.0,
-            # What sharpens is no mirror image of what blurs: it cannot go below 0. A patch of 35 px, taken off.
-            tries=(36.0, -100.0),
+            # What sharpens is no mirror image of what blurs: it cannot go below 0. A patch of 85 px, taken off: less
+            # hardly changes maps that are read off a coarse scan.
+            tries=(36.0, -600.0),
             vanishes_at=0.0,
             sentence="Square of the blur's standard deviation in pixels of the full-size image; negative sharpens.",
         ),

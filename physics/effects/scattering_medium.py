@@ -13,6 +13,8 @@ from physics.rendering import Rendering
 
 # What ends so near to the sensor, metres, is its own window.
 WINDOW_M = 0.05
+# Air into which one zone looks is not this many times as dense as what most look into.
+UNEVEN = 10.0
 
 
 class ScatteringMedium(Effect):
@@ -106,8 +108,10 @@ class ScatteringMedium(Effect):
         return replace(surfaces, light=passed * (surfaces.light + layers * _open_air(rendering, ranges)))
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A layer that ends at the sensor's own glass is that glass."""
-        return bool(np.any(values["extinction"])) and values["begin"] + values["thickness"] < WINDOW_M
+        """A layer that ends at the sensor's own glass is that glass; nor does air differ much from zone to zone."""
+        extinction = np.atleast_1d(values["extinction"])
+        uneven = extinction.max() > UNEVEN * np.median(extinction)
+        return bool(uneven or (extinction.any() and values["begin"] + values["thickness"] < WINDOW_M))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The layer whose backscatter explains most of an excess."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from mismatch.checks import checks, dispersion, late, outlier, remainders, wave
+from mismatch.checks import checks, dispersion, gap, late, outlier, remainders, wave
 
 SHAPE = (24, 4, 48)
 
@@ -149,3 +149,27 @@ def test_dark_bins_do_not_make_histograms_early_or_late():
     assert min(chances) > 1e-3
     moved = pulses(at + rng.choice([0.0, 1.0], at.shape))
     assert late(rng.poisson(moved) - mean, mean).p_value < 1e-6
+
+
+def test_small_counts_that_are_sent_as_none_are_missed():
+    rng = np.random.default_rng(3)
+    mean = rng.uniform(0.05, 60, SHAPE)
+    seen = rng.poisson(mean).astype(float)
+    assert gap(seen, mean).p_value == 1
+    for least in (2, 4):
+        cut = seen.copy()
+        cut[:, 1][cut[:, 1] < least] = 0
+        found = gap(cut, mean)
+        assert found.p_value < 1e-10
+        assert found.foreign
+        assert f"holds 1{'' if least == 2 else ' to 3'} count" in found.sentence
+
+
+def test_the_chance_of_a_gap_is_that_of_drawing_one():
+    """Two zones, few cells: how often no cell holds a single count, and how large the smallest chance of two is."""
+    rng = np.random.default_rng(4)
+    mean = np.full((4, 2, 6), 2.0)
+    chances = np.array([gap(rng.poisson(mean), mean).p_value for _ in range(3000)])
+    one = -np.expm1(-24 * -np.log1p(-2 * np.exp(-2.0)))
+    assert chances.min() == pytest.approx(2 * (1 - one), rel=1e-6)
+    assert np.mean(chances < 1) == pytest.approx(2 * (1 - one), abs=0.012)

@@ -69,6 +69,26 @@ def test_what_may_stand_in_the_place_of_the_first_was_tried_beside_the_last(part
     assert {c.form.effect.id for c in first.candidates[1:]} == {"time_zero_offset"}
 
 
+def test_what_was_chosen_in_a_form_that_others_belie_takes_another(rig, simulated):
+    """A tail of the detector, which was taken for a laser that lingers while zones' gains were as they should be."""
+    tail, weak = find_effect("impulse_tail"), find_effect("zone_gain").at(factor=np.array([1.3, 0.8, 1.0, 1.1]))
+    simulation = simulated(np.random.default_rng(3).poisson(rig.expected(tail.at(share=0.2, tau=6e-10), weak)))
+    train, test = simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
+    forms = [*forms_of(tail, SIZES), *forms_of(weak.effect, SIZES)]
+    lingering = next(f for f in forms if f.free == ("lingering", "duration"))
+    gains = next(f for f in forms if f.effect is weak.effect and f.own)
+    now = fit_nominal(train)
+    then = fit(train, (lingering,), np.concatenate([now.x, lingering.at_start()]))
+    last = fit(train, (lingering, gains), np.concatenate([then.x, gains.at_start()]))
+    chosen = [SimpleNamespace(form=f, fit=at, observed=100.0) for f, at in ((lingering, then), (gains, last))]
+    rival = SimpleNamespace(form=gains, fit=then)
+    rounds = [Round(now, (), 1, (rival,), chosen[0]), Round(then, (), 1, (), chosen[1]), Round(last, (), 1, (), None)]
+    found = exchanged(train, test, forms, rounds)
+    assert {form.free for form in found[-1].before.forms} == {("share", "tau"), ("factor",)}
+    anew = next(one for one in found if one.chosen is not None and one.chosen.form.effect is tail)
+    assert rival in anew.candidates
+
+
 def scored(chosen):
     """What was chosen, with a score."""
     return chosen and SimpleNamespace(**vars(chosen), score=Score(chosen.form, np.ones(4), 1.0, 4, -1.0, 1.0))

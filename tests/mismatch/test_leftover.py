@@ -36,3 +36,15 @@ def test_twice_the_variance_is_what_a_guess_may_be_off_by():
     sure, guessed = tail.values()
     assert sure == pytest.approx(1e-3, rel=1e-3)
     assert pytest.approx(guessed, rel=2e-3) == GUESSED
+
+
+def test_what_no_formula_leaves_is_said_whatever_else_is_left(rig, simulated):
+    """Small counts sent as none, and a zone that has more beside that."""
+    counts = np.random.default_rng(5).poisson(rig.expected()).astype(float)
+    counts[:, 2, 20:26] *= 2
+    counts[counts < 2] = 0
+    found = left(simulated, counts, guessed=False)
+    assert len(found) > 1
+    assert not found[0].foreign
+    assert found[-1].foreign
+    assert found[-1].sentence.startswith("no cell of a zone holds 1 count, where ")

@@ -20,13 +20,13 @@ def test_a_rendering_counts_by_its_size(numbers, part):
     assert work.enough
 
 
-def test_maps_that_are_drawn_anew_cost_all_their_pixels(drawn):
+def test_maps_that_are_drawn_anew_cost_all_their_pixels_once(drawn):
     simulation = replace(drawn(3), work=Work())
     blur = find_effect("footprint_blur")
-    for variance in (0.0, 20.0):
+    for variance, once in ((0.0, 0), (20.0, 1), (20.0, 0), (30.0, 1), (20.0, 0)):
         before = simulation.work.renderings
         simulation.expected(100.0, (blur.at(variance=variance),))
-        drawn_anew = simulation.footprints.field.table.size / WHOLE if variance else 0
+        drawn_anew = once * simulation.footprints.field.table.size / WHOLE
         assert simulation.work.renderings - before == pytest.approx(LEAST + drawn_anew)
 
 

@@ -7,12 +7,15 @@ from physics.rendering import Rendering
 
 # Rings of buffers hold so many frames.
 OLDEST = 8
+# Counts by which nothing is divided.
+LEAST = 1e-3
 
 
 class StaleFrame(Effect):
     """What is shown is (1 - share) · the frame's counts and share · those of the frame `age` before it.
 
-    Or, where it is never cleared, the frame's counts and `first` · those of the session's first frame as well.
+    Or, where it is never cleared, the frame's counts and `ever` · those at time `at` as well, of the session's first
+    frame where that is 0, between two frames by interpolation.
 
     Unlike a lag, which moves pulses, it shows them where they were and where they are. Before its first frame a
     session showed what that shows.
@@ -22,26 +25,37 @@ class StaleFrame(Effect):
     acts_on = "detector"
     order = 90  # Of finished histograms.
     sentence = "each histogram holds part of that of an earlier frame"
-    forms = (("share",), ("first",))
+    forms = (("share",), ("ever",), ("ever", "at"))
     parameters = (
         Parameter("share", unit="1", low=0.0, high=0.95, start=0.05, vanishes_at=0.0, sentence="Part of the earlier."),
-        Parameter("first", unit="1", low=0.0, high=1.0, start=0.01, vanishes_at=0.0, sentence="Part of the first."),
+        Parameter(
+            "ever", unit="1", low=0.0, high=1.0, start=0.01, vanishes_at=0.0, sentence="Part of the one that stays."
+        ),
+        Parameter("at", unit="s", low=0.0, high=200.0, start=0.0, sentence="When that was taken."),
         Parameter("age", unit="frames", low=1.0, high=OLDEST, start=1.0, sentence="How many frames earlier."),
     )
 
     def reach(self, values: Values) -> tuple[float, float]:
-        """All frames before."""
-        return np.inf, 0.0
+        """All frames before, and after where one of these may be the one that stays."""
+        return np.inf, np.inf if values["at"] else 0.0
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Mixed counts."""
         share, age, now = values["share"], round(values["age"]), rendering.expected
         earlier = now[np.maximum(np.arange(len(now)) - age, 0)]
-        return (1 - share) * now + share * earlier + values["first"] * now[:1]
+        at = np.interp(values["at"], rendering.light.time_s, np.arange(len(now)))
+        before, part = int(at), at - int(at)
+        stays = (1 - part) * now[before] + part * now[min(before + 1, len(now) - 1)]
+        return (1 - share) * now + share * earlier + values["ever"] * stays
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Every age."""
-        return [{"share": self.parameter("share").start, "age": float(age)} for age in range(1, OLDEST + 1)]
+        """Every age; and the frame that is most like what is too much in all."""
+        ages = [{"share": self.parameter("share").start, "age": float(age)} for age in range(1, OLDEST + 1)]
+        noise = np.maximum(expected.mean(axis=0), LEAST)
+        alike = (expected * excess.mean(axis=0) / noise).sum(axis=(1, 2))
+        alike /= np.sqrt(np.maximum((expected**2 / noise).sum(axis=(1, 2)), LEAST))
+        at = float(rendering.light.time_s[np.argmax(alike)])
+        return [*ages, {"ever": self.parameter("ever").start, "at": at}]
 
 
 effect = StaleFrame()

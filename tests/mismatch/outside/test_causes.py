@@ -83,7 +83,18 @@ def test_a_stale_frame(scene):
     plain, found = model.expected(1000.0), changed(model, "stale_frame", share=0.2, age=2)
     np.testing.assert_allclose(found[5], 0.8 * plain[5] + 0.2 * plain[3], rtol=1e-12)
     np.testing.assert_allclose(found[1], 0.8 * plain[1] + 0.2 * plain[0], rtol=1e-12)
-    np.testing.assert_allclose(changed(model, "stale_frame", first=0.1)[3], plain[3] + 0.1 * plain[0], rtol=1e-12)
+    np.testing.assert_allclose(changed(model, "stale_frame", ever=0.1)[3], plain[3] + 0.1 * plain[0], rtol=1e-12)
+
+
+def test_one_frame_that_stays_is_found_among_all(scene):
+    model, light, _ = scene
+    plain, at = model.expected(1000.0), float(light.time_s[4])
+    found = changed(model, "stale_frame", ever=0.1, at=at)
+    np.testing.assert_allclose(found, plain + 0.1 * plain[4], rtol=1e-12)
+    starts = CAUSES["stale_frame"].starts(found - plain, plain, SimpleNamespace(light=light))
+    assert starts[-1] == {"ever": 0.01, "at": at}
+    between = changed(model, "stale_frame", ever=0.1, at=float(0.75 * light.time_s[4] + 0.25 * light.time_s[5]))
+    np.testing.assert_allclose(between, plain + 0.1 * (0.75 * plain[4] + 0.25 * plain[5]), rtol=1e-12)
 
 
 def test_depth_that_errs_with_its_square(scene, maps):

@@ -21,7 +21,10 @@ def sloping(counts):
 
 @pytest.mark.parametrize(
     ("made", "words"),
-    [(averaged, "part of what was shown before it"), (sloping, "counts that no light")],
+    [
+        pytest.param(averaged, "part of what was shown before it", marks=pytest.mark.slow),
+        (sloping, "counts that no light"),
+    ],
 )
 def test_a_name_that_stands_in_for_a_cause_outside_is_unknown(rig, simulated, made, words):
     verdict = explain(simulated(np.random.default_rng(8).poisson(made(rig.expected())))).verdict

@@ -95,6 +95,13 @@ def test_a_layer_on_the_sensor_is_rather_its_glass(begin, thickness, glass):
     assert effect.strained(effect.at(extinction=0.1, begin=begin, thickness=thickness).values, None) == glass
 
 
+def test_air_does_not_differ_much_from_zone_to_zone():
+    dense = [0.03, 0.05, 0.02, 0.04]
+    assert not effect.strained(effect.at(extinction=np.array(dense)).values, None)
+    assert effect.strained(effect.at(extinction=np.array([*dense, 0.9])).values, None)
+    assert not effect.strained(effect.at(extinction=0.0).values, None)
+
+
 def test_smoke_grows_denser(small, model):
     """Each frame as in air that is as dense all the time as that is by then; air cannot be thinner than none."""
     for growth, densities in ((4.0, [0.5, 0.7, 0.9]), (-1.0, [0.5, 0.45, 0.4])):
