@@ -7,7 +7,7 @@ import numpy as np
 from mismatch.coordinate import bounds
 from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
 from recordings.refusal import Refusal
@@ -36,13 +36,13 @@ class Descent:
         self, simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float, held: int | None = None
     ) -> None:
         """From coordinates x on. sigma: relative, of frames' gains. held: a coordinate that stays."""
-        self.simulation, self.forms, self.gains = simulation, forms, FrameGains(simulation, sigma)
+        self.simulation, self.forms, self.nuisances = simulation, forms, Nuisances(simulation, sigma)
         self.low, self.high = limits(forms)
         self.x = np.clip(np.asarray(x, float), self.low, self.high)
         if held is not None:
             self.low[held] = self.high[held] = self.x[held]
         self.expected = expected_at(simulation, forms, self.x)
-        self.deviance = deviance_at(self.gains, forms, self.x, self.expected)
+        self.deviance = deviance_at(self.nuisances, forms, self.x, self.expected)
         self.hoped, self.over, self._damping, self._steps = -np.inf, False, 1e-3, 0
 
     def run(self, most_steps: int = MOST_STEPS) -> "Descent":
@@ -56,7 +56,7 @@ class Descent:
     def _step(self) -> None:
         """One step, with as much damping as it takes to gain."""
         columns = derivatives(self.simulation, self.forms, self.x, self.expected)
-        gradient, curvature = equations(self.gains, self.forms, self.x, self.expected, columns)
+        gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns)
         whole = bounded_step(gradient, curvature, 0.0, self.x, self.low, self.high)
         promised = float(2 * gradient @ whole - whole @ curvature @ whole)
         for _ in range(MOST_TRIES):
@@ -67,7 +67,7 @@ class Descent:
             except Refusal:  # Counts that cannot be are a step too far.
                 self._damping = max(10 * self._damping, 1e-3)
                 continue
-            reached = deviance_at(self.gains, self.forms, there, then)
+            reached = deviance_at(self.nuisances, self.forms, there, then)
             if reached < self.deviance:
                 break
             self._damping = max(10 * self._damping, 1e-3)

@@ -9,7 +9,7 @@ from mismatch.descent import MOST_STEPS, Descent, derivatives, expected_at
 from mismatch.errors import NEAR, covariance
 from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.pattern import Pattern, drawn, shrunk
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
@@ -56,34 +56,34 @@ class Fit:
     @cached_property
     def covariance(self) -> np.ndarray:
         """(N, N) of x; made when it is asked for, as it takes renderings."""
-        gains = FrameGains(self.simulation, self.frame_gain_sigma)
-        _, information = equations(gains, self.forms, self.x, self.expected, self.columns)
+        nuisances = Nuisances(self.simulation, self.frame_gain_sigma)
+        _, information = equations(nuisances, self.forms, self.x, self.expected, self.columns)
         if self.pattern is not None:
             information = information + self.pattern.prior(len(self.x))
 
         def rise(x: np.ndarray, held: int | None) -> float:
-            found = self._deviance_near(gains, information, x, held)
+            found = self._deviance_near(nuisances, information, x, held)
             return found - self.deviance
 
         return covariance(self.forms, self.x, information, rise)
 
-    def _deviance_near(self, gains: FrameGains, information: np.ndarray, x: np.ndarray, held: int | None) -> float:
+    def _deviance_near(self, nuisances: Nuisances, information: np.ndarray, x: np.ndarray, held: int | None) -> float:
         """Deviance at x, or with the other coordinates at their best beside one that is held there.
 
         First with slopes as they are at the best of all, so that a step takes one rendering and not one for each
         coordinate; where that rises by more than a standard error would, with slopes as they are there.
         """
         expected = expected_at(self.simulation, self.forms, x)
-        lowest = deviance_at(gains, self.forms, x, expected)
+        lowest = deviance_at(nuisances, self.forms, x, expected)
         if held is None:
             return lowest
         low, high = limits(self.forms)
         low[held] = high[held] = x[held]
         for _ in range(CHORDS):
-            score, _ = equations(gains, self.forms, x, expected, self.columns)
+            score, _ = equations(nuisances, self.forms, x, expected, self.columns)
             there = np.clip(x + bounded_step(score, information, 0.0, x, low, high), low, high)
             then = expected_at(self.simulation, self.forms, there)
-            reached = deviance_at(gains, self.forms, there, then)
+            reached = deviance_at(nuisances, self.forms, there, then)
             if reached >= lowest:
                 break
             x, expected, lowest = there, then, reached
@@ -105,18 +105,18 @@ def reached(descent: Descent) -> Fit:
     found, forms = _there(descent), descent.forms
     if not drawn(forms).size:
         return found
-    simulation, gains = descent.simulation, descent.gains
-    _, information = equations(gains, forms, found.x, found.expected, found.columns)
+    simulation, nuisances = descent.simulation, descent.nuisances
+    _, information = equations(nuisances, forms, found.x, found.expected, found.columns)
     x, pattern = shrunk(forms, found.x, information)
     x = np.clip(x, descent.low, descent.high)
     expected = expected_at(simulation, forms, x)
-    deviance = deviance_at(gains, forms, x, expected)
-    return Fit(float(np.exp(x[0])), forms, x, expected, deviance, gains.sigma, simulation, pattern)
+    deviance = deviance_at(nuisances, forms, x, expected)
+    return Fit(float(np.exp(x[0])), forms, x, expected, deviance, nuisances.sigma, simulation, pattern)
 
 
 def _there(descent: Descent) -> Fit:
     """The fit where a descent is."""
-    x, sigma = descent.x, descent.gains.sigma
+    x, sigma = descent.x, descent.nuisances.sigma
     gain = float(np.exp(x[0]))
     return Fit(gain, descent.forms, x, descent.expected, descent.deviance, sigma, descent.simulation)
 
@@ -134,4 +134,4 @@ def fit_nominal(simulation: Simulation, sigma: float = 0.0) -> Fit:
 def on_others(simulation: Simulation, fitted: Fit) -> tuple[np.ndarray, float]:
     """Expected counts of frames that were not fitted, and their deviance with the frames' own gains at their best."""
     expected = expected_at(simulation, fitted.forms, fitted.x)
-    return expected, deviance_at(FrameGains(simulation, fitted.frame_gain_sigma), fitted.forms, fitted.x, expected)
+    return expected, deviance_at(Nuisances(simulation, fitted.frame_gain_sigma), fitted.forms, fitted.x, expected)

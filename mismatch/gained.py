@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import norm
 
 from mismatch.fit import Fit, on_others
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 
@@ -35,15 +35,15 @@ class Gained:
 
 def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
     """What `more` gains over `less` on the frames `test`, which took no part in either."""
-    gains = FrameGains(test, more.frame_gain_sigma)
+    nuisances = Nuisances(test, more.frame_gain_sigma)
     now, before = on_others(test, less)
     then, after = on_others(test, more)
     mean, truth = (np.maximum(expected, LEAST) for expected in (now, then))
     change = truth - mean
-    information = gains.product(now, change, change)
+    information = nuisances.product(now, change, change)
     # A response that was estimated from as many other frames, and is not loose, is off by as much as these scatter.
     variance = 2.0 if test.guessed and test.loose is None else 1.0
-    z = gains.product(now, change, test.counts - mean) / np.sqrt(max(variance * information, 1e-12))
+    z = nuisances.product(now, change, test.counts - mean) / np.sqrt(max(variance * information, 1e-12))
     # Were `then` true, the deviance gained would be twice the divergence of `now` from it, less what the frames' gains
     # could make of that.
     expected = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())

@@ -9,7 +9,7 @@ from mismatch.checks import checks
 from mismatch.echoes import echoes
 from mismatch.fit import Fit
 from mismatch.gained import SIGNIFICANT
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
@@ -30,7 +30,7 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     guess = simulation.trust is not None or (simulation.guessed and simulation.loose is None)
     least = GUESSED if guess else SIGNIFICANT
     looked = tables(simulation, fitted)
-    mean = FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
+    mean = Nuisances(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
     besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, np.maximum(mean, LEAST))]
     window = worst_window(simulation, mean)
     many = len(looked) + len(besides) + 1

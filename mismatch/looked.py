@@ -5,7 +5,7 @@ import numpy as np
 from mismatch.fit import Fit, expected_at
 from mismatch.form import Form
 from mismatch.looks import flattery
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.score import Score, log_chance
 from mismatch.simulation import Simulation
 
@@ -14,9 +14,9 @@ def looked(simulation: Simulation, fitted: Fit, form: Form) -> Score:
     """What it gains where it begins. Its information is not told: it does not grow with the square of its strength."""
     forms, x = (*fitted.forms, form), np.concatenate([fitted.x, form.at_start()])
     expected = expected_at(simulation, forms, x)
-    gains = FrameGains(simulation, fitted.frame_gain_sigma)
+    nuisances = Nuisances(simulation, fitted.frame_gain_sigma)
     settings = (*fitted.settings, form.setting(form.at_start()))
-    reached = gains.deviance(expected) + flattery(simulation, fitted.gain, settings)
+    reached = nuisances.deviance(expected) + flattery(simulation, fitted.gain, settings)
     gain, dof = fitted.deviance - reached, len(form.coordinates)
     strengths = sum(form.sizes.get(name, 1) if name in form.own else 1 for name in form.strengths)
     return Score(form, np.ones(strengths), gain, dof, log_chance(gain, dof), 0.0)

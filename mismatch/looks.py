@@ -4,7 +4,7 @@ import numpy as np
 
 from mismatch.coordinate import slope_of
 from mismatch.form import Form, settings_at
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.simulation import Simulation
 from physics.effect import Setting
 from physics.owning import Look
@@ -29,21 +29,21 @@ def looks_of(simulation: Simulation, gain: float, settings: tuple[Setting, ...])
     ]
 
 
-def deviance_at(gains: FrameGains, forms: tuple[Form, ...], x: np.ndarray, expected: np.ndarray) -> float:
+def deviance_at(nuisances: Nuisances, forms: tuple[Form, ...], x: np.ndarray, expected: np.ndarray) -> float:
     """Of expected counts at coordinates, and what it costs to have looked where things are."""
-    return gains.deviance(expected) + flattery(gains.simulation, float(np.exp(x[0])), settings_at(forms, x))
+    return nuisances.deviance(expected) + flattery(nuisances.simulation, float(np.exp(x[0])), settings_at(forms, x))
 
 
 def equations(
-    gains: FrameGains, forms: tuple[Form, ...], x: np.ndarray, expected: np.ndarray, columns: np.ndarray
+    nuisances: Nuisances, forms: tuple[Form, ...], x: np.ndarray, expected: np.ndarray, columns: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """(N,) score and (N, N) information of coordinates, log gain first.
 
     The likelihood of effects that look is not that of the counts they end up with: its slopes are their own, and its
     curvature is estimated from how these scatter over the frames (Berndt, Hall, Hall and Hausman 1974).
     """
-    score, information = gains.normal_equations(expected, columns)
-    settings, simulation = settings_at(forms, x), gains.simulation
+    score, information = nuisances.normal_equations(expected, columns)
+    settings, simulation = settings_at(forms, x), nuisances.simulation
     at = 1
     for form, setting in zip(forms, settings, strict=True):
         coordinates = form.coordinates

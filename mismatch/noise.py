@@ -1,4 +1,4 @@
-"""What has no name, gain that fluctuates and a clock that was estimated: what they leave of a misfit."""
+"""Nuisances, gain that fluctuates and a clock that was estimated: what they leave of a misfit."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ REFUTED, ALIKE = 6.6, 2.31
 
 
 @dataclass(frozen=True, eq=False)
-class FrameGains:
+class Nuisances:
     """Each frame's signal times 1 + u, with u normal of mean 0 and relative standard deviation `sigma`.
 
     And a clock that was estimated, off by what is likeliest beside any model of the rest: `Simulation.loose` times b,

@@ -6,7 +6,7 @@ import numpy as np
 
 from mismatch.candidates import cost
 from mismatch.fit import Fit, fit, on_others
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.poisson import deviance
 from mismatch.simulation import Simulation
 
@@ -19,9 +19,9 @@ def set_in(train: Simulation, test: Simulation, chosen: Fit) -> Fit:
     *before, form = chosen.forms
     if "since" in form.given or form.effect.looks(chosen.settings[-1].values):
         return chosen
-    gains = FrameGains(train, chosen.frame_gain_sigma)
+    nuisances = Nuisances(train, chosen.frame_gain_sigma)
     without = train.expected(chosen.gain, chosen.settings[:-1])
-    each = [deviance(train.counts, gains.applied(e)).sum(axis=(1, 2)) for e in (chosen.expected, without)]
+    each = [deviance(train.counts, nuisances.applied(e)).sum(axis=(1, 2)) for e in (chosen.expected, without)]
     time_s = np.asarray(train.light.time_s, float)
     order = np.argsort(time_s, kind="stable")
     spared = np.cumsum((each[0] - each[1])[order])[:-1]

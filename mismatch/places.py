@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from mismatch.fit import Fit
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 from mismatch.tables import Table, tables
@@ -86,7 +86,7 @@ def _change(simulation: Simulation, fitted: Fit, table: Table) -> tuple[np.ndarr
     local = shrink * np.maximum(0, 1 - 1 / np.maximum(z2, 1e-9))
     clear = z2 > CLEAR**2
     gain = float((z2 - 1)[clear].sum()) - BY_NOISE * z2.size
-    mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
+    mean = np.maximum(Nuisances(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
     return mean * (local * table.excess / noise2)[table.division.group], max(gain, 1e-9)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mismatch.fit import Fit
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 
@@ -20,13 +20,13 @@ class Projection:
     def __init__(self, simulation: Simulation, fitted: Fit) -> None:
         self.shape = fitted.expected.shape
         self.fitted, self.simulation = fitted, simulation
-        gains = FrameGains(simulation, fitted.frame_gain_sigma)
-        self.root = 1 / np.sqrt(np.maximum(gains.applied(fitted.expected), LEAST)).ravel()
+        nuisances = Nuisances(simulation, fitted.frame_gain_sigma)
+        self.root = 1 / np.sqrt(np.maximum(nuisances.applied(fitted.expected), LEAST)).ravel()
         self.signal = None
-        if gains.sigma:
+        if nuisances.sigma:
             signal = np.maximum(fitted.expected - simulation.dark, 0)
             white = signal * self.root.reshape(self.shape)
-            self.signal = white, np.sqrt((white**2).sum(axis=(1, 2)) + 1 / gains.sigma**2)
+            self.signal = white, np.sqrt((white**2).sum(axis=(1, 2)) + 1 / nuisances.sigma**2)
         loose = simulation.loose_rows
         own = fitted.columns if loose is None else np.concatenate([fitted.columns.T, loose]).T
         own = self.frames_out(own * self.root[:, None])
@@ -36,7 +36,7 @@ class Projection:
         self.own = u[:, s > 1e-6 * s.max(initial=0)]
         # Not less what the frames' gains take up: they are taken out here, and would be twice.
         self.residual = self.out(self.frames_out((simulation.counts - fitted.expected).ravel() * self.root))
-        applied = gains.applied(fitted.expected)
+        applied = nuisances.applied(fitted.expected)
         self.left = self.out(self.frames_out((simulation.counts - applied).ravel() * self.root))
 
     def frames_out(self, white: np.ndarray) -> np.ndarray:

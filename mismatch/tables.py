@@ -7,7 +7,7 @@ from scipy.stats import gamma, poisson
 
 from mismatch.covariates import covariates
 from mismatch.fit import Fit
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
 from mismatch.projection import Projection
 from mismatch.simulation import Simulation
@@ -101,7 +101,7 @@ def divisions(simulation: Simulation, expected: np.ndarray) -> list[Division]:
 def tables(simulation: Simulation, fitted: Fit) -> list[Table]:
     """Every division's residuals beside a fit of the same frames."""
     projection = Projection(simulation, fitted)
-    mean = np.maximum(FrameGains(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
+    mean = np.maximum(Nuisances(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
     residual, made = projection.left / projection.root, projection.own / projection.root[:, None]
     return [table(division, residual, mean.ravel(), made) for division in divisions(simulation, fitted.expected)]
 

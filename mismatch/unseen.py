@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from mismatch.fit import Fit, on_others
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST, deviance
 from mismatch.simulation import Simulation
 from physics.owning import Unseen
@@ -34,7 +34,7 @@ def trust_in(simulation: Simulation, fitted: Fit, together: bool = True) -> np.n
     if not found:
         return None
     every = every.trusting(None)
-    mean = np.maximum(FrameGains(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
+    mean = np.maximum(Nuisances(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
     more = _more(deviance(every.counts, mean), sum(one.variance for one in found) / mean)
     blind = [one.blind for one in found if together and one.blind is not None and one.blind.any()]
     if more is None and not blind:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mismatch.explain import Explanation
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.poisson import deviance, expected_deviance, signed
 
 
@@ -52,7 +52,7 @@ def compared(explanation: Explanation) -> Compared:
     """What an explanation compares."""
     simulation = explanation.simulation
     simulated = [
-        FrameGains(simulation, fit.frame_gain_sigma).applied(fit.expected)
+        Nuisances(simulation, fit.frame_gain_sigma).applied(fit.expected)
         for fit in (explanation.nominal, explanation.explained)
     ]
     frames = np.asarray(simulation.frames)

@@ -8,7 +8,7 @@ import numpy as np
 from mismatch.black_box import fit_black_box
 from mismatch.explain import explain
 from mismatch.fit import fit_nominal, on_others
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.open_simulation import simulation_of
 from mismatch.poisson import expected_deviance
 from mismatch.prove.rig import FRAME_S, HORIZONTAL_DEG, draw_maps
@@ -68,9 +68,14 @@ def compare_on_far(simulation: Simulation, near: np.ndarray, cause: str = "") ->
     for test in tests:
         before, _ = on_others(test, nominal)
         named, _ = on_others(test, found.judged)
-        gains = FrameGains(test, 0.0)
+        nuisances = Nuisances(test, 0.0)
         noise = float(expected_deviance(named)[0].sum())
-        totals = (gains.deviance(before), gains.deviance(named), gains.deviance(box.expected(test, before)), noise)
+        totals = (
+            nuisances.deviance(before),
+            nuisances.deviance(named),
+            nuisances.deviance(box.expected(test, before)),
+            noise,
+        )
         rows.append([total / test.counts.size for total in totals])
     each = zip(*rows, strict=True)
     effects = tuple(form.effect.id for form in found.judged.forms)

@@ -13,7 +13,7 @@ from mismatch.explain import explain
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.improved import improved_sensor
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.open_simulation import simulation_of
 from physics.effects import find_effect
 from physics.pulse import ImpulseResponse
@@ -98,21 +98,21 @@ def penalised(simulation, expected, sigma=0.0):
 def test_the_clock_settles_where_the_penalised_likelihood_is_greatest(loose, rig):
     simulation, true = loose
     expected = simulation.expected(rig.gain)
-    gains, best = FrameGains(simulation, 0.0), penalised(simulation, expected)
-    assert gains.deviance(expected) == pytest.approx(best.fun, abs=0.1)
+    nuisances, best = Nuisances(simulation, 0.0), penalised(simulation, expected)
+    assert nuisances.deviance(expected) == pytest.approx(best.fun, abs=0.1)
     np.testing.assert_allclose(best.x, true, atol=0.4)
     mean = expected + np.tensordot(best.x, simulation.loose, 1)
-    np.testing.assert_allclose(gains.applied(expected), mean, rtol=2e-3, atol=1e-2)
+    np.testing.assert_allclose(nuisances.applied(expected), mean, rtol=2e-3, atol=1e-2)
     off = replace(simulation, loose=None)
-    assert FrameGains(off, 0.0).deviance(expected) > gains.deviance(expected) + 50
+    assert Nuisances(off, 0.0).deviance(expected) > nuisances.deviance(expected) + 50
 
 
 @pytest.mark.parametrize("sigma", [0.0, 0.02])
 def test_changes_are_multiplied_by_the_inverse_covariance_of_photons_gains_and_clock(loose, rig, sigma):
     simulation = loose[0].of(np.arange(2))
     expected = simulation.expected(rig.gain)
-    gains = FrameGains(simulation, sigma)
-    mean, settled = gains.applied(expected), gains.settled(expected)[0]
+    nuisances = Nuisances(simulation, sigma)
+    mean, settled = nuisances.applied(expected), nuisances.settled(expected)[0]
     covariance = np.diag(mean.ravel()) + np.tensordot(simulation.loose, simulation.loose, (0, 0)).reshape(
         mean.size, mean.size
     )
@@ -122,18 +122,18 @@ def test_changes_are_multiplied_by_the_inverse_covariance_of_photons_gains_and_c
         covariance += sigma**2 * np.outer(signal, signal)
     one, other = np.random.default_rng(5).normal(size=(2, *mean.shape))
     wanted = one.ravel() @ np.linalg.solve(covariance, other.ravel())
-    assert gains.product(expected, one, other) == pytest.approx(wanted, rel=1e-5, abs=1e-4)
+    assert nuisances.product(expected, one, other) == pytest.approx(wanted, rel=1e-5, abs=1e-4)
 
 
 def test_slopes_of_a_fit_are_those_of_its_deviance(loose, rig):
     simulation, _ = loose
-    gains = FrameGains(simulation, 0.0)
+    nuisances = Nuisances(simulation, 0.0)
     expected = simulation.expected(rig.gain)
     columns = (0.3 * np.roll(expected, 2, axis=2)).reshape(-1, 1)
-    score, information = gains.normal_equations(expected, columns)
+    score, information = nuisances.normal_equations(expected, columns)
 
     def deviance(step):
-        return gains.deviance(expected + step * columns.reshape(expected.shape))
+        return nuisances.deviance(expected + step * columns.reshape(expected.shape))
 
     step = 1e-2
     slope = (deviance(step) - deviance(-step)) / (2 * step)

@@ -7,7 +7,7 @@ from scipy.stats import poisson
 
 from mismatch.fit import expected_at, fit, fit_nominal, on_others
 from mismatch.form import forms_of
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from mismatch.selection import coordinates
 from physics.effects import find_effect
 from recordings.refusal import Refusal
@@ -67,8 +67,8 @@ def test_others_are_at_their_best_beside_one_that_is_held(drawn, held, away, wor
     """Against a general minimiser. Where enough was rendered, by steps of one rendering alone."""
     simulation = drawn(8, "impulse_tail", share=0.15, tau=4e-10)
     fitted = fitted_with(simulation, "impulse_tail")
-    gains = FrameGains(simulation, 0.0)
-    _, information = gains.normal_equations(fitted.expected, fitted.columns)
+    nuisances = Nuisances(simulation, 0.0)
+    _, information = nuisances.normal_equations(fitted.expected, fitted.columns)
     error = np.sqrt(np.linalg.inv(information)[held, held])
     x = fitted.x.copy()
     x[held] += away * error
@@ -77,12 +77,12 @@ def test_others_are_at_their_best_beside_one_that_is_held(drawn, held, away, wor
     def loss(values):
         there = x.copy()
         there[free] = values
-        return gains.deviance(expected_at(simulation, fitted.forms, there))
+        return nuisances.deviance(expected_at(simulation, fitted.forms, there))
 
     oracle = minimize(loss, x[free], method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4}).fun
     if worked:
         monkeypatch.setattr(simulation.work, "renderings", 10**6)
-    found = fitted._deviance_near(gains, information, x, held)
+    found = fitted._deviance_near(nuisances, information, x, held)
     assert found - fitted.deviance == pytest.approx(oracle - fitted.deviance, rel=0.03, abs=0.02)
 
 

@@ -10,7 +10,7 @@ from mismatch.form import forms_of
 from mismatch.gained import gained, poisson_scatter
 from mismatch.looked import looked
 from mismatch.looks import blur, deviance_at, equations, flattery
-from mismatch.noise import FrameGains
+from mismatch.noise import Nuisances
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -45,15 +45,15 @@ def _disturbed(rig, simulated, seed):
 
 @pytest.mark.parametrize("form", [COMMON, BY_ZONE, LONGER], ids=["common", "by zone", "longer"])
 def test_slopes_are_those_of_the_deviance(form, disturbed):
-    gains = FrameGains(disturbed, 0.0)
+    nuisances = Nuisances(disturbed, 0.0)
     x = np.concatenate([fit_nominal(disturbed).x, form.beginning({"roaming": 40.0, "present": 0.6}).at_start()])
     here = expected_at(disturbed, (form,), x)
-    score, information = equations(gains, (form,), x, here, np.ones((here.size, len(x))))
+    score, information = equations(nuisances, (form,), x, here, np.ones((here.size, len(x))))
     for i in range(1, len(x)):
         ends = [x.copy(), x.copy()]
         ends[0][i] -= 1e-4
         ends[1][i] += 1e-4
-        low, high = (deviance_at(gains, (form,), end, expected_at(disturbed, (form,), end)) for end in ends)
+        low, high = (deviance_at(nuisances, (form,), end, expected_at(disturbed, (form,), end)) for end in ends)
         # The log-likelihood is less half the deviance, but for the frames' own brightness, which the look takes out:
         # within a fifth of what the score varies by from recording to recording.
         spread = np.sqrt(information[i, i])

@@ -8,7 +8,7 @@ from scipy.stats import norm, poisson
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.gained import gained
-from mismatch.noise import FrameGains, frame_gain_sigma
+from mismatch.noise import Nuisances, frame_gain_sigma
 from physics.effects import find_effect
 
 from .conftest import BACKGROUND, FRAMES
@@ -75,8 +75,8 @@ def test_gains_and_deviance_are_those_of_the_penalised_likelihood(rig, simulated
     factors = 1 + sigma * np.random.default_rng(5).normal(size=FRAMES)
     simulation = fluctuating(rig, simulated, 6, factors)
     expected = rig.expected()
-    gains = FrameGains(simulation, sigma)
-    u = gains.best(expected)
+    nuisances = Nuisances(simulation, sigma)
+    u = nuisances.best(expected)
     for frame in (0, 7, 23):
         signal, counts = expected[frame] - BACKGROUND[:, None], simulation.counts[frame]
 
@@ -88,8 +88,8 @@ def test_gains_and_deviance_are_those_of_the_penalised_likelihood(rig, simulated
         best = minimize(lambda x, loss=loss: loss(np.atleast_1d(x)), [0.0], method="Nelder-Mead").x[0]
         # `best` is one step of Newton from 0: off by the square of the gain.
         assert u[frame] == pytest.approx(best, abs=2 * sigma**2)
-    plain = FrameGains(simulation, 0.0)
-    assert gains.deviance(expected) < plain.deviance(expected)
+    plain = Nuisances(simulation, 0.0)
+    assert nuisances.deviance(expected) < plain.deviance(expected)
     np.testing.assert_array_equal(plain.applied(expected), expected)
     np.testing.assert_array_equal(plain.best(expected), 0)
 
@@ -99,7 +99,7 @@ def test_normal_equations_are_those_with_a_parameter_for_every_frame(rig, simula
     simulation = fluctuating(rig, simulated, 7, np.ones(FRAMES))
     expected = rig.expected()
     columns = np.random.default_rng(8).normal(size=(expected.size, 3)) * np.sqrt(expected).reshape(-1, 1)
-    score, information = FrameGains(simulation, sigma).normal_equations(expected, columns)
+    score, information = Nuisances(simulation, sigma).normal_equations(expected, columns)
     weight, difference = 1 / expected.ravel(), (simulation.counts - expected).ravel()
     frames = np.zeros((expected.size, FRAMES))
     for i, signal in enumerate(expected - BACKGROUND[:, None]):
@@ -120,16 +120,16 @@ def test_changes_are_multiplied_by_the_inverse_covariance_of_photons_and_gains(d
     """Written out frame by frame; what goes with a frame's gain counts for as much less as that fluctuates."""
     simulation = drawn(4)
     expected = fit_nominal(simulation).expected
-    gains = FrameGains(simulation, sigma)
+    nuisances = Nuisances(simulation, sigma)
     rng = np.random.default_rng(5)
     signal = expected - BACKGROUND[:, None]
     one, other = (rng.normal(size=expected.shape) + rng.normal(size=(FRAMES, 1, 1)) * signal / 50 for _ in range(2))
     closed = 0.0
     for f in range(FRAMES):
-        mean, s = gains.applied(expected)[f].ravel(), signal[f].ravel()
+        mean, s = nuisances.applied(expected)[f].ravel(), signal[f].ravel()
         inverse = np.linalg.inv(np.diag(mean) + sigma**2 * np.outer(s, s))
         closed += one[f].ravel() @ inverse @ other[f].ravel()
-    assert gains.product(expected, one, other) == pytest.approx(closed, rel=1e-6)
+    assert nuisances.product(expected, one, other) == pytest.approx(closed, rel=1e-6)
 
 
 def test_a_drift_stands_out_of_gain_that_fluctuates(rig, simulated):
