@@ -3,14 +3,20 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.constants import speed_of_light
 
 from physics.arrivals import Arrivals
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.footprint import Footprints
+from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
 
 # Between two knots the modulation is taken to be linear: off by (π / knots)² / 2 of the depth at most, 0.5 %.
 LEAST_PER_BIN = 32
+
+# A bin is gone through in so many steps to see what its largest share of a pulse is.
+PHASES = 64
 
 # Harmonics of the phase that a shape other than a cosine has.
 HIGHER = ("cos_2", "sin_2", "cos_3", "sin_3")
@@ -30,6 +36,10 @@ class BinPhase(Effect):
 
     So where the bins of each zone begin elsewhere and each has a phase of its own: all light of a zone and frame counts
     1 + along · cos(2πt̄/bin_width) + across · sin(2πt̄/bin_width) times.
+
+    Maps that were read off the largest bin in a scan hold it as well: over the plane of the scan the pulse's place in
+    its bin goes round with distance, in rings, by which zones do not see better or worse. They are maps over the
+    largest bin's share there, of its mean, to the power of `ringed`.
     """
 
     id = "bin_phase"
@@ -47,6 +57,7 @@ class BinPhase(Effect):
         ("depth", "phase"),
         ("whole", "phase"),
         ("along", "across"),
+        ("ringed",),
         ("depth", "phase", *HIGHER),
         ("whole", "phase", *HIGHER),
     )
@@ -95,6 +106,10 @@ class BinPhase(Effect):
             axis="zone",
             sentence="By what part one counts more that is a quarter of a bin after its start.",
         ),
+        Parameter(
+            "ringed", "1", 0.0, 20.0, 1.0, "Power of the largest bin's share that maps hold; 1 where they are its.", 0.0
+        ),
+        Parameter("taken_at", "m", 0.0, 100.0, 0.0, "Depth of the plane they were taken in; 0 where maps say it."),
         *(
             Parameter(
                 name, "1", -2.0, 2.0, 0.0, f"How much of the {name[:3]}ine at {name[-1]} times the phase comes on top."
@@ -102,6 +117,22 @@ class BinPhase(Effect):
             for name in HIGHER
         ),
     )
+
+    def in_scene(self, values: Values) -> bool:
+        """Where maps hold it."""
+        return bool(values["ringed"])
+
+    def footprints(self, values: Values, rendering: Rendering) -> Footprints:
+        """Footprints freed of rings, which a scan of unknown depth does not tell."""
+        depth, clock = values["taken_at"] or rendering.footprints.calibration_range_m, rendering.clock
+        if not values["ringed"] or not np.isfinite(depth):
+            return rendering.footprints
+        zero = np.atleast_2d(clock.time_zero_s).mean(axis=0)[:, None, None]
+        arrival_s = zero + 2 / speed_of_light * depth * np.linalg.norm(rendering.light.rays, axis=-1)
+        shares = largest_share(clock.pulse, clock.bin_width_s)
+        turns, steps = arrival_s / clock.bin_width_s, np.arange(PHASES) / PHASES
+        held = np.interp(turns % 1, steps, shares, period=1) / shares.mean()
+        return rendering.footprints.changed(lambda weights: (weights / held ** values["ringed"]).astype(weights.dtype))
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The same clock, on a lattice fine enough to tell phases apart."""
@@ -126,6 +157,13 @@ class BinPhase(Effect):
             own = along * np.cos(2 * np.pi * mean) + across * np.sin(2 * np.pi * mean)
             times = times * np.maximum(1 + whole * _wave(values, mean - values["phase"]) + own, 0)
         return replace(arrivals, light=arrivals.light * np.maximum(times, 0))
+
+
+def largest_share(pulse: ImpulseResponse, bin_width_s: float) -> np.ndarray:
+    """(PHASES,) share of a pulse in its largest bin, by where in a bin it arrives, from its start on."""
+    first, last = (int(np.floor(end / bin_width_s)) for end in pulse.edges[[0, -1]])
+    edges = np.arange(first, last + 3) - np.arange(PHASES)[:, None] / PHASES
+    return np.diff(pulse.cumulative(edges * bin_width_s), axis=-1).max(axis=-1)
 
 
 def _wave(values: Values, turns: np.ndarray, per_bin: float = np.inf) -> np.ndarray:

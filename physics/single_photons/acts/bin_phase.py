@@ -6,12 +6,18 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
+from physics.single_photons.acts.parallax import calibration_depth
 from physics.single_photons.draw import by_zone, way_m
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
+# A step of the pulse is so many pieces, and places in a bin are so many.
+PIECES, PLACES = 50, 200
+
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
-    """As many photons for all as are counted at the best phase."""
+    """As many photons for all as are counted at the best phase; where maps hold rings, zones look without them."""
+    if values["ringed"]:
+        world = _without_rings(world, values["ringed"], values["taken_at"] or calibration_depth(world))
     most = (1 + np.max(values["depth"]) * _highest(values)) * _most_of_whole(values)
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
@@ -32,6 +38,24 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     swell = np.where(pixel, whole * _shape(values, mean)[photons.zone] + own, 0)
     kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + swell
     return photons.only(kept)
+
+
+def _without_rings(world: World, power: float, depth_m: float) -> World:
+    """Zones that see as their maps say over what one pulse in the scan left in its fullest bin, to a power.
+
+    Of a pulse that is drawn as many narrow pieces, at places in a bin that go all through it; over their mean.
+    """
+    if np.isinf(depth_m):
+        return world
+    step = world.pulse_time_s[1] - world.pulse_time_s[0]
+    pieces = (world.pulse_time_s[:, None] + step * ((np.arange(PIECES) + 0.5) / PIECES - 0.5)).ravel()
+    places, part = (np.arange(PLACES) + 0.5) / PLACES, np.repeat(world.pulse / PIECES, PIECES)
+    bins = [np.floor(pieces / world.bin_width_s + place).astype(int) for place in places]
+    fullest = np.array([np.bincount(at - at.min(), part).max() for at in bins])
+    plane = replace(world, depth_m=np.full_like(world.depth_m, depth_m)).range_m
+    turn = (world.time_zero_s[:, None, None] + 2 * plane / speed_of_light) / world.bin_width_s
+    left = np.interp(turn % 1, places, fullest, period=1) / fullest.mean()
+    return replace(world, weights=world.weights / left**power)
 
 
 def _shape(values: Values, turn: np.ndarray) -> np.ndarray:

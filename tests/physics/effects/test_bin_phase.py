@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physics.clock import Clock
-from physics.effects.bin_phase import LEAST_PER_BIN, effect
+from physics.effects.bin_phase import LEAST_PER_BIN, effect, largest_share
 from physics.effects.time_zero_offset import effect as offset
 from physics.light import Return
 from physics.nominal import ForwardModel
 from physics.pulse import two_piece_pulse
+from physics.rendering import Rendering
 from tests.physics.conftest import C, slow_model
 
 
@@ -154,3 +155,29 @@ def test_each_zone_may_have_a_phase_of_its_own(small):
     for zone, (depth, phase) in enumerate(zip(depths, phases, strict=True)):
         alone = model.expected(1e3, [effect.at(whole=depth, phase=phase)])
         np.testing.assert_allclose(found[:, zone], alone[:, zone], rtol=1e-9)
+
+
+@pytest.mark.parametrize("step", [0.05e-9, 0.26e-9, 0.7e-9])
+def test_the_largest_share_is_that_of_the_bins(step):
+    """Against a pulse put into bins at each place, wherever its own steps begin."""
+    pulse, width = two_piece_pulse(0.3e-9, 0.5e-9, step), 0.26e-9
+    found = largest_share(pulse, width)
+    for i in (0, 7, 33, 63):
+        arrival = (20 + i / len(found)) * width
+        assert found[i] == pytest.approx(pulse.in_bins(np.array([arrival]), 60, width).max(), abs=1e-12)
+
+
+def test_maps_that_were_read_off_the_largest_bin_hold_rings(small):
+    """Each pixel's map over the largest bin of a pulse from the plane of the scan, by its zone's own time zero."""
+    values = effect.at(ringed=1.5, taken_at=0.6).values
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
+    found = effect.footprints(values, rendering).weights
+    v, u = 5, 8
+    ray = np.linalg.norm(small.light.rays[v, u])
+    shares = largest_share(small.clock.pulse, small.clock.bin_width_s)
+    for p, zero in enumerate(small.clock.time_zero_s):
+        turn = (zero + 2 * 0.6 * ray / C) / small.clock.bin_width_s % 1
+        there = np.interp(turn * len(shares), np.arange(len(shares) + 1), [*shares, shares[0]])
+        divided = small.footprints.weights[p, v, u] * (shares.mean() / there) ** 1.5
+        assert found[p, v, u] == pytest.approx(divided, rel=1e-5)
+    assert effect.footprints(effect.at(ringed=1.0).values, rendering) is small.footprints
