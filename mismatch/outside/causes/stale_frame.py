@@ -7,6 +7,9 @@ from physics.rendering import Rendering
 
 # Rings of buffers hold so many frames.
 OLDEST = 8
+# A frame that stays is looked for so many frames on either side of that which is most like it: blocks of so many may
+# be held out.
+NEAR = 4
 # Counts by which nothing is divided.
 LEAST = 1e-3
 
@@ -49,13 +52,18 @@ class StaleFrame(Effect):
         return (1 - share) * now + share * earlier + values["ever"] * stays
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Every age; and the frame that is most like what is too much in all."""
+        """Every age; and the frame that is most like what is too much in all, or one near it, which may be held out."""
         ages = [{"share": self.parameter("share").start, "age": float(age)} for age in range(1, OLDEST + 1)]
-        noise = np.maximum(expected.mean(axis=0), LEAST)
-        alike = (expected * excess.mean(axis=0) / noise).sum(axis=(1, 2))
-        alike /= np.sqrt(np.maximum((expected**2 / noise).sum(axis=(1, 2)), LEAST))
-        at = float(rendering.light.time_s[np.argmax(alike)])
-        return [*ages, {"ever": self.parameter("ever").start, "at": at}]
+        noise, times = np.sqrt(np.maximum(expected.mean(axis=0), LEAST)), rendering.light.time_s
+        seen, more = ((of / noise).reshape(-1, noise.size) for of in (expected, excess.mean(axis=0)))
+        # What all frames have in common is the gain's.
+        common = seen.mean(axis=0) / max(float(np.linalg.norm(seen.mean(axis=0))), LEAST)
+        apart = seen - np.outer(seen @ common, common)
+        alike = apart @ more[0] / np.maximum(np.linalg.norm(apart, axis=1), LEAST)
+        step = float(np.diff(times).min(initial=np.inf))
+        near = times[np.argmax(alike)] + step * np.arange(-NEAR, NEAR + 1)
+        start = self.parameter("ever").start
+        return ages + [{"ever": start, "at": float(at)} for at in near if 0 < at <= times[-1]]
 
 
 effect = StaleFrame()

@@ -92,7 +92,8 @@ def test_one_frame_that_stays_is_found_among_all(scene):
     found = changed(model, "stale_frame", ever=0.1, at=at)
     np.testing.assert_allclose(found, plain + 0.1 * plain[4], rtol=1e-12)
     starts = CAUSES["stale_frame"].starts(found - plain, plain, SimpleNamespace(light=light))
-    assert starts[-1] == {"ever": 0.01, "at": at}
+    assert {"ever": 0.01, "at": at} in starts[8:]
+    assert 1 < len(starts[8:]) <= 9
     between = changed(model, "stale_frame", ever=0.1, at=float(0.75 * light.time_s[4] + 0.25 * light.time_s[5]))
     np.testing.assert_allclose(between, plain + 0.1 * (0.75 * plain[4] + 0.25 * plain[5]), rtol=1e-12)
 
