@@ -17,7 +17,7 @@ from mismatch.naming import name_effects, next_measurement
 from mismatch.noise import frame_gain_sigma
 from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
-from mismatch.refined import divided
+from mismatch.refined import enlarged
 from mismatch.search import searched
 from mismatch.selection import MOST_EFFECTS, Round
 from mismatch.simulation import Simulation
@@ -81,14 +81,14 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
         calm = fit_nominal(simulation, slow)
         if not what_is_left(simulation, calm):
             sigma, nominal, explained, left = slow, calm, calm, ()
-    if left and judged.forms and (apart := divided(train, test, judged)) is not None:
-        # Zones that differ by little cost more numbers than half of the frames see worth; all frames see the rest.
-        better = fit(simulation, apart.forms, apart.x, sigma)
-        less = what_is_left(simulation, better)
-        if not less:
+    # What differs by little costs more numbers than half of the frames see worth, or shows in all of them alone.
+    for more in enlarged(train, test, judged, forms) if left and judged.forms else ():
+        better = fit(simulation, more.forms, more.x, sigma)
+        if not what_is_left(simulation, better):
             last = judged.forms[-1]
-            contests = [replace(c, form=apart.forms[-1]) if c.form is last else c for c in contests]
-            judged, explained, left = apart, better, less
+            contests = [replace(c, form=more.forms[-1]) if c.form is last else c for c in contests]
+            judged, explained, left = more, better, ()
+            break
     tried = max(one.tried for one in rounds)
     effects = name_effects(train, test, judged, contests, explained, tried)
     first = fit_nominal(train, judged.frame_gain_sigma)

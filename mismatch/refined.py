@@ -44,17 +44,21 @@ def enriched(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
     return _best(train, fitted, list(richer(fitted.forms[-1], forms))) or fitted
 
 
-def divided(train: Simulation, test: Simulation, chosen: Fit) -> Fit | None:
-    """A fit with a number for each zone in its last effect, whether that earns its price or not.
+def enlarged(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]) -> Iterator[Fit]:
+    """Fits with the last effect in richer forms that leave frames held out better fitted.
 
-    None where it has one already, or frames held out do not fit better by it.
+    With a number for each zone, whether that earns its price or not, and the best of those that earn it.
     """
     form = chosen.forms[-1]
     own = tuple(n for n in form.strengths if form.effect.parameter(n).axis == "zone")
-    if not own or set(own) <= set(form.own):
-        return None
-    found = _best(train, chosen, [form.with_own(own)])
-    return found if found and on_others(test, found)[1] < on_others(test, chosen)[1] else None
+    zones = [form.with_own(own)] if own and not set(own) <= set(form.own) else []
+    least = chosen.deviance + cost(train, chosen)
+    for which, price in ((zones, np.inf), (list(richer(form, forms)), least)):
+        found = _best(train, chosen, which)
+        if found is None or found.deviance + cost(train, found) >= price:
+            continue
+        if on_others(test, found)[1] < on_others(test, chosen)[1]:
+            yield found
 
 
 def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:

@@ -62,6 +62,8 @@ class BinPhase(Effect):
         ("whole", "phase", *HIGHER),
     )
     richer = forms[-2:]
+    # With one value for all it is `whole` and a phase, which may have harmonics.
+    uneven = (("along", "across"),)
     parameters = (
         Parameter(
             "depth",

@@ -5,7 +5,7 @@ import pytest
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
-from mismatch.refined import divided, enriched, plainer, refined, richer
+from mismatch.refined import enlarged, enriched, plainer, refined, richer
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -132,11 +132,23 @@ def test_an_earlier_effect_keeps_what_nothing_else_says(drawn):
 def test_zones_are_divided_where_frames_held_out_agree_and_only_once(drawn):
     simulation = drawn(3, "ambient_pedestal", level=[0.0, 2.0, 6.0, 1.0])
     train, test = simulation.of(EVEN), simulation.of(ODD)
-    found = divided(train, test, chosen(train, common("ambient_pedestal")))
+    forms = [common("ambient_pedestal")]
+    found = next(enlarged(train, test, chosen(train, forms[0]), forms))
     assert found.forms[-1].own == ("level",)
     np.testing.assert_allclose(found.settings[0].values["level"], [0, 2, 6, 1], atol=0.5)
-    assert divided(train, test, found) is None
-    assert divided(train, test, chosen(train, common("footprint_blur"))) is None
+    assert not list(enlarged(train, test, found, forms))
+    assert not list(enlarged(train, test, chosen(train, common("footprint_blur")), [common("footprint_blur")]))
     # Fitted to one half of one recording, and judged by a quite different one.
     other = drawn(5, "ambient_pedestal", level=[6.0, 2.0, 0.0, 3.0]).of(ODD)
-    assert divided(train, other, chosen(train, common("ambient_pedestal"))) is None
+    assert not list(enlarged(train, other, chosen(train, forms[0]), forms))
+
+
+def test_a_richer_form_that_earns_its_price_needs_nothing_left_on_frames_that_chose(drawn):
+    """A saw-tooth in the phase of whole pulses, which a cosine hardly leaves anything of."""
+    simulation = drawn(3, "bin_phase", whole=0.3, phase=0.1, sin_2=0.4, cos_3=-0.3)
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    forms = [form for form in FORMS if form.effect.id == "bin_phase"]
+    plain = next(form for form in forms if form.free == ("whole", "phase") and not form.own)
+    fits = list(enlarged(train, test, chosen(train, plain), forms))
+    assert "sin_2" in fits[-1].forms[-1].free
+    assert fits[-1].settings[0].values["sin_2"] == pytest.approx(0.4, abs=0.15)
