@@ -27,6 +27,9 @@ TOLD, WELL_TOLD = 100.0, 500.0
 # Standard deviations by which a true cause may gain less than it should: one of six does by the first, one of 160
 # by the other.
 NEAR, FAR = 1.0, 2.5
+# And more, where it looks: the frames that chose tell as badly as others how often things are there, which are few, and
+# their gains far from normal. Four standard deviations of both.
+FEW = 4 * np.sqrt(2)
 # What should gain less than this part of what it gains is not the cause, where that is beyond noise.
 SURPRISING = 0.5
 # Nor need it gain any part of what others did where so much of its change is in cells that it changes by more than
@@ -67,25 +70,30 @@ class Candidate:
         """Its form."""
         return self.score.form
 
+    @property
+    def looks(self) -> bool:
+        """Whether it looks where things are in each frame."""
+        setting = self.fit.settings[-1]
+        return setting.effect.looks(setting.values)
+
     def stands_out(self, many: int) -> bool:
         """Whether it is more than noise on the frames that decide, one of so many candidates.
 
         One that looks where things are in each frame follows whatever stands out; not what it should be if it falls
         far short.
         """
-        setting = self.fit.settings[-1]
-        if setting.effect.looks(setting.values) and falls_short(self.observed, self.expected_gain, self.scatter, True):
+        if self.looks and falls_short(self.observed, self.expected_gain, self.scatter, True):
             return False
         return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > NOTICEABLE)
 
     def is_minor(self, won: float) -> bool:
         """Whether it gains too little to be a cause of its own beside others, which gained `won`.
 
-        The gain of a true cause scatters about what is expected. What gains
-        far more than that has found the place, but not the cause.
+        The gain of a true cause scatters about what is expected. What gains far more than that has found the place, but
+        not the cause; unless frames that chose happened to show things at worse places, or fewer of them.
         """
         short = (self.expected_gain - self.observed) / self.scatter
-        if short < -FAR and self.expected_gain < SURPRISING * self.observed:
+        if short < -(FEW if self.looks else FAR) and self.expected_gain < SURPRISING * self.observed:
             return True
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
         part = MINOR_PART / 4 if short < FAR and self.observed > TOLD else MINOR_PART

@@ -1,5 +1,6 @@
 """When a second effect is a cause of its own, and when it may be another formula of the first."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,8 +14,9 @@ from physics.effects import find_effect
 SIZES = {"zone": 4, "bin": 48}
 
 
-def of(observed, expected, away):
-    return Candidate(None, None, 0.0, 0.0, 9.0, observed, expected, 2 * max(expected, 1) ** 0.5, away)
+def of(observed, expected, away, looks=False):
+    fitted = SimpleNamespace(settings=(SimpleNamespace(effect=SimpleNamespace(looks=lambda _: looks), values={}),))
+    return Candidate(None, fitted, 0.0, 0.0, 9.0, observed, expected, 2 * max(expected, 1) ** 0.5, away)
 
 
 @pytest.mark.parametrize(
@@ -87,3 +89,12 @@ def test_a_number_that_data_gave_is_a_parameter(drawn):
         for f in (form, form.beginning({"apparent_range": 2.0, "speed": -1.5, "still": 1.0, "jitter": 1e-10}))
     ]
     assert paid[1] - paid[0] == pytest.approx(np.log(24 * 4) + 2 * np.log(3))
+
+
+def test_what_looks_at_each_frame_may_have_been_shown_more_on_those_held_out():
+    """By three standard deviations more than twice what is due, and not by five."""
+    for more, minor in ((3.0, False), (5.0, True)):
+        observed = 100 + more * 2 * 100**0.5 * 2**0.5 + 100
+        one = of(observed, 100, 1.0, looks=True)
+        assert replace(one, scatter=(observed - 100) / (more * 2**0.5)).is_minor(300) == minor
+        assert replace(of(observed, 100, 1.0), scatter=(observed - 100) / (more * 2**0.5)).is_minor(300)
