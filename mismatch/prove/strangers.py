@@ -34,14 +34,6 @@ def leak_to_next_zone(expected: np.ndarray, strength: float, rng: np.random.Gene
     return out
 
 
-def precursor(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
-    """A weak pulse before every pulse."""
-    early = int(rng.integers(5, 10))
-    before = np.roll(expected, -early, axis=-1)
-    before[..., -early:] = 0
-    return expected + strength * np.maximum(before - np.median(expected, axis=-1, keepdims=True), 0)
-
-
 def blinking_zone(expected: np.ndarray, strength: float, rng: np.random.Generator) -> np.ndarray:
     """One zone loses part of its counts in every fifth frame."""
     out = expected.copy()
@@ -88,7 +80,7 @@ def deaf_bins(expected: np.ndarray, strength: float, rng: np.random.Generator) -
 STRANGERS: dict[str, Stranger] = {
     f.__name__: f
     for f in (
-        warming_pulse, every_other_pulse, leak_to_next_zone, precursor, blinking_zone, hum, trembling_clock,
+        warming_pulse, every_other_pulse, leak_to_next_zone, blinking_zone, hum, trembling_clock,
         travelling_ripple, stale_frames, deaf_bins,
     )
 }  # fmt: skip

@@ -9,7 +9,7 @@ from mismatch import work
 from mismatch.explain import explain
 from mismatch.improved import improved_sensor
 from mismatch.open_simulation import simulation_of
-from mismatch.prove.strangers import precursor, travelling_ripple
+from mismatch.prove.strangers import travelling_ripple
 from mismatch.visibility import FOUND
 
 from .conftest import BACKGROUND
@@ -148,11 +148,16 @@ def test_the_answer_is_the_same_twice(drawn):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("strength", [0.02, 0.05])
-def test_a_pulse_before_the_pulse_is_never_explained(rig, simulated, strength):
+def test_a_pulse_before_the_pulse_is_a_surface_in_front_or_none(rig, simulated, strength):
+    """Counts do not say whether a laser fires in advance or something stands before all that is seen."""
     for seed in range(2):
-        mean = precursor(rig.expected(), strength, np.random.default_rng([13, seed]))
+        rng, expected = np.random.default_rng([13, seed]), rig.expected()
+        early = int(rng.integers(5, 10))
+        before = np.roll(expected, -early, axis=-1)
+        before[..., -early:] = 0
+        mean = expected + strength * np.maximum(before - np.median(expected, axis=-1, keepdims=True), 0)
         verdict = explain(simulated(np.random.default_rng([14, seed]).poisson(mean))).verdict
-        assert verdict.verdict == "unknown"
+        assert verdict.verdict == "unknown" or [effect.id for effect in verdict.effects] == ["second_surface"]
 
 
 @pytest.mark.slow
