@@ -119,8 +119,10 @@ def _in_place_of(
     promising = [s for s in scores if s.gain > least and s.log_p < np.log(SIGNIFICANT / tried)]
     if not promising:
         return None
-    # What its forms promise where they begin tells them from others, and hardly from each other.
-    each = list({(s.form.free, s.form.own): s for s in reversed(promising)}.values())
-    candidates = candidates_of(train, test, less, each if itself else most_promising(promising, less.deviance))
+    chosen = most_promising(promising, less.deviance)
+    if itself:
+        # What its forms promise where they begin tells them from others, and hardly from each other.
+        chosen = list({(s.form.free, s.form.own): s for s in reversed(promising)}.values())
+    candidates = candidates_of(train, test, less, chosen)
     likeliest = max(candidates, key=lambda candidate: evidence(train, test, candidate.fit))
     return Round(less, tuple(scores), tried, tuple(candidates), likeliest)

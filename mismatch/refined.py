@@ -52,8 +52,9 @@ def enlarged(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]
     form = chosen.forms[-1]
     own = tuple(n for n in form.strengths if form.effect.parameter(n).axis == "zone")
     zones = [form.with_own(own)] if own and not set(own) <= set(form.own) else []
+    others = [other for other in richer(form, forms) if (other.free, other.own) != (form.free, own)]
     least = chosen.deviance + cost(train, chosen)
-    for which, price in ((zones, np.inf), (list(richer(form, forms)), least)):
+    for which, price in ((zones, np.inf), (others, least)):
         found = _best(train, chosen, which)
         if found is None or found.deviance + cost(train, found) >= price:
             continue

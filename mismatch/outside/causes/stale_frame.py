@@ -60,7 +60,7 @@ class StaleFrame(Effect):
         common = seen.mean(axis=0) / max(float(np.linalg.norm(seen.mean(axis=0))), LEAST)
         apart = seen - np.outer(seen @ common, common)
         alike = apart @ more[0] / np.maximum(np.linalg.norm(apart, axis=1), LEAST)
-        step = float(np.diff(times).min(initial=np.inf))
+        step = float(np.diff(times).min()) if len(times) > 1 else 0.0
         near = times[np.argmax(alike)] + step * np.arange(-NEAR, NEAR + 1)
         start = self.parameter("ever").start
         return ages + [{"ever": start, "at": float(at)} for at in near if 0 < at <= times[-1]]
