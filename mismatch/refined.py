@@ -6,7 +6,7 @@ import numpy as np
 
 from mismatch.candidates import cost, least_cost
 from mismatch.descent import Descent
-from mismatch.fit import Fit, fit, on_others, reached
+from mismatch.fit import Fit, on_others, reached
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
 from mismatch.onset import set_in
@@ -18,12 +18,14 @@ from recordings.refusal import Refusal
 MOST_TIMES = 2
 # Deviance by which frames held out may fit worse: what is left free may show in others only, as at a session's ends.
 INDIFFERENT = 0.5
+# Steps after which it shows whether less will do.
+SOON = 2
 
 
 def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]) -> Fit:
     """A fit with its last effect in the richest of its forms that earns its price, and fits frames held out as well.
 
-    One that sets in in the course of the session is enriched from there on.
+    One that sets in in the course of the session is enriched from there on. Each gives up what does not earn its price.
     """
     chosen = set_in(train, test, chosen)
     for _ in range(MOST_TIMES):
@@ -36,7 +38,7 @@ def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form])
         if on_others(test, found)[1] - on_others(test, chosen)[1] >= INDIFFERENT:
             break
         chosen = found
-    return chosen
+    return plainer(train, chosen, forms)
 
 
 def enriched(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
@@ -63,17 +65,25 @@ def enlarged(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]
 
 
 def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
-    """A fit with its earlier effects in forms with less in them, where that costs less than it saves."""
-    for at, form in enumerate(fitted.forms[:-1]):
+    """A fit with its effects in forms with less in them, where that costs less than it saves.
+
+    An earlier one may have had for want of the last what that says now; the last may have been tried with more alone.
+    """
+    now = fitted.deviance + cost(train, fitted)
+    for at, form in enumerate(fitted.forms):
         less = {(o.free, o.own): o for o in forms if o.effect.id == form.effect.id and _within(o, form)}
         for other in sorted(less.values(), key=lambda o: len(o.coordinates)):
+            other = other.given_as(form)
             changed = (*fitted.forms[:at], other, *fitted.forms[at + 1 :])
             begins = [other.coordinates_from(form, fitted.settings[at])]
             before = 1 + sum(len(one.coordinates) for one in fitted.forms[:at])
             after = before + len(form.coordinates)
             x = np.concatenate([fitted.x[:before], *begins, fitted.x[after:]])
-            found = fit(train, changed, x, fitted.frame_gain_sigma)
-            if found.deviance + cost(train, found) < fitted.deviance + cost(train, fitted):
+            descent = Descent(train, changed, x, fitted.frame_gain_sigma).run(SOON)
+            if descent.hoped + least_cost(train, changed) >= now:
+                continue
+            found = reached(descent.run())
+            if found.deviance + cost(train, found) < now:
                 return plainer(train, found, forms)
     return fitted
 

@@ -11,7 +11,7 @@ from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.noise import frame_gain_sigma
 from mismatch.ranking import ranked
-from mismatch.refined import plainer, refined
+from mismatch.refined import refined
 from mismatch.score import Score
 from mismatch.simulation import Simulation
 
@@ -85,8 +85,7 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
         rounds = [*rounds, Round(now, tuple(scores), tried, tuple(candidates), best)]
         if best is None:
             return rounds
-        alone = plainer(train, without_superfluous(train, best.fit), forms)
-        now = refreshed(train, refined(train, test, alone, forms))
+        now = refreshed(train, refined(train, test, without_superfluous(train, best.fit), forms))
     scores, tried = ranked(train, now, others_than(now, forms))
     return [*rounds, Round(now, tuple(scores), tried, (), None)]
 

@@ -129,6 +129,18 @@ def test_an_earlier_effect_keeps_what_nothing_else_says(drawn):
     assert plainer(simulation, both, FORMS) is both
 
 
+def test_the_last_effect_gives_up_what_does_not_earn_its_price(drawn):
+    """Of forms of one effect with the same strengths not all are tried: one with more in it may have been."""
+    simulation = drawn(7, "impulse_tail", share=0.2, tau=5e-10)
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    heavy = next(f for f in FORMS if f.free == ("share", "tau", "heavy") and not f.own and f.start["heavy"] < 0)
+    more = chosen(train, heavy)
+    found = refined(train, test, more, FORMS)
+    assert found.forms[0].free == ("share", "tau")
+    assert found.settings[0].values["heavy"] == 0
+    assert found.deviance == pytest.approx(more.deviance, abs=6)
+
+
 def test_zones_are_divided_where_frames_held_out_agree_and_only_once(drawn):
     simulation = drawn(3, "ambient_pedestal", level=[0.0, 2.0, 6.0, 1.0])
     train, test = simulation.of(EVEN), simulation.of(ODD)
