@@ -73,14 +73,14 @@ def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
     for at, form in enumerate(fitted.forms):
         less = {(o.free, o.own): o for o in forms if o.effect.id == form.effect.id and _within(o, form)}
         for other in sorted(less.values(), key=lambda o: len(o.coordinates)):
-            other = other.given_as(form)
+            other = other.given_as(form)  # What the data said of the one, as when it set in, holds for the other.
             changed = (*fitted.forms[:at], other, *fitted.forms[at + 1 :])
             begins = [other.coordinates_from(form, fitted.settings[at])]
             before = 1 + sum(len(one.coordinates) for one in fitted.forms[:at])
             after = before + len(form.coordinates)
             x = np.concatenate([fitted.x[:before], *begins, fitted.x[after:]])
-            descent = Descent(train, changed, x, fitted.frame_gain_sigma).run(SOON)
-            if descent.hoped + least_cost(train, changed) >= now:
+            descent = _begun(train, changed, x, fitted.frame_gain_sigma)
+            if descent is None or descent.run(SOON).hoped + least_cost(train, changed) >= now:
                 continue
             found = reached(descent.run())
             if found.deviance + cost(train, found) < now:
@@ -96,16 +96,21 @@ def _within(other: Form, form: Form) -> bool:
     return free == set(form.free) and not own
 
 
+def _begun(train: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float) -> Descent | None:
+    """A fit that begins at x; None where counts cannot be as they would be there."""
+    try:
+        return Descent(train, forms, x, sigma)
+    except Refusal:
+        return None
+
+
 def _best(train: Simulation, chosen: Fit, forms: list[Form]) -> Fit | None:
     """The best by Schwarz's criterion with the last effect in one of these forms, begun where it is."""
     begins = chosen.x[: -len(chosen.forms[-1].coordinates)]
 
     def begun(form: Form) -> Descent | None:
         x = np.concatenate([begins, form.coordinates_from(chosen.forms[-1], chosen.settings[-1])])
-        try:
-            return Descent(train, (*chosen.forms[:-1], form), x, chosen.frame_gain_sigma)
-        except Refusal:
-            return None
+        return _begun(train, (*chosen.forms[:-1], form), x, chosen.frame_gain_sigma)
 
     descents = [descent for descent in train.each(begun, forms) if descent is not None]
     race(descents, [least_cost(train, descent.forms) for descent in descents])

@@ -7,6 +7,7 @@ from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
 from mismatch.refined import enlarged, enriched, plainer, refined, richer
 from physics.effects import find_effect
+from recordings.refusal import Refusal
 
 SIZES = {"zone": 4, "bin": 48}
 FORMS = all_forms(SIZES)
@@ -164,3 +165,16 @@ def test_a_richer_form_that_earns_its_price_needs_nothing_left_on_frames_that_ch
     fits = list(enlarged(train, test, chosen(train, plain), forms))
     assert "sin_2" in fits[-1].forms[-1].free
     assert fits[-1].settings[0].values["sin_2"] == pytest.approx(0.4, abs=0.15)
+
+
+def test_a_plainer_form_that_cannot_be_is_left(drawn, monkeypatch):
+    """Where counts cannot be as they would be there it is no form to begin with, and no reason to stop."""
+    simulation = drawn(6, "ambient_pedestal", level=[0.0, 2.0, 6.0, 1.0])
+    pedestal = next(f for f in FORMS if f.effect.id == "ambient_pedestal" and f.own == ("level",))
+    found = chosen(simulation, pedestal)
+
+    def refused(*_):
+        raise Refusal("counts are below 0, expected 0 or more")
+
+    monkeypatch.setattr("mismatch.refined.Descent", refused)
+    assert plainer(simulation, found, FORMS) is found
