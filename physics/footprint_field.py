@@ -103,7 +103,11 @@ class FootprintField:
 def _beyond(x, y, ends, responses, reach):
     """(N, P) responses at N points beyond the hull, whose E edges have ends (E, 2, 2) and responses (E, 2, P)."""
     found = np.zeros((x.size, responses.shape[2]))
+    low_x, high_x = ends[:, :, 0].min() - reach, ends[:, :, 0].max() + reach
+    low_y, high_y = ends[:, :, 1].min() - reach, ends[:, :, 1].max() + reach
     for i in range(x.size):
+        if not (low_x < x[i] < high_x and low_y < y[i] < high_y):
+            continue  # Most of an image is: no edge has to be asked.
         nearest, edge, along = reach * reach, -1, 0.0
         for e in range(len(ends)):
             away_x, away_y = x[i] - ends[e, 0, 0], y[i] - ends[e, 0, 1]
