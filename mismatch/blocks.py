@@ -20,3 +20,14 @@ def halves(frames: int, blocks: int = BLOCKS) -> tuple[np.ndarray, np.ndarray]:
     length = max(1, frames // blocks)
     held = np.bitwise_count(np.arange(frames) // length) % 2 == 1
     return np.flatnonzero(~held), np.flatnonzero(held)
+
+
+def finer(frames: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Other halves, for what shows in so few frames that `halves` has them all on one side.
+
+    Single frames by the same sequence, where blocks are longer; and every other frame.
+    """
+    singly = halves(frames, frames)
+    every = np.arange(frames)
+    found = [] if np.array_equal(singly[0], halves(frames)[0]) else [singly]
+    return [*found, (every[::2], every[1::2])]

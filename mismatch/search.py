@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mismatch.beginnings import likeliest_selection, unjudged
-from mismatch.blocks import halves
+from mismatch.blocks import finer, halves
 from mismatch.clock_slopes import loosened
 from mismatch.economy import economical
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
@@ -100,12 +100,14 @@ def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> S
     frames, simulation = len(simulation.counts), as_given(simulation)
     train, test = (simulation.of(some) for some in (halves(frames, frames) if singly else halves(frames)))
     rounds, notes = likeliest_selection(train, test, forms), (ONE_BY_ONE,) if singly else ()
-    if not singly and unjudged(rounds[-1]):
-        singly = [simulation.of(some) for some in halves(frames, frames)]
-        anew = likeliest_selection(*singly, forms)
+    for some in [] if singly else finer(frames):
+        if not unjudged(rounds[-1]):
+            break
+        parts = [simulation.of(part) for part in some]
+        anew = likeliest_selection(*parts, forms)
         # A search that was ended before it began tells nothing.
         if anew[-1].before.forms or not rounds[-1].before.forms or not simulation.work.enough:
-            (train, test), rounds, notes = singly, anew, (ONE_BY_ONE,)
+            (train, test), rounds, notes = parts, anew, (ONE_BY_ONE,)
     there = trusted(simulation, train, test, rounds) if what_is_left(train, rounds[-1].before) else None
     if there is not None:
         again = [there[0].of(part.frames) for part in (train, test)]

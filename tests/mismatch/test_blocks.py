@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mismatch.blocks import halves
+from mismatch.blocks import finer, halves
 from recordings.refusal import Refusal
 
 
@@ -48,3 +48,14 @@ def test_as_many_blocks_as_frames_are_single_frames(frames):
     _, held = halves(frames, frames)
     side = np.isin(np.arange(frames), held)
     np.testing.assert_array_equal(side, [bin(i).count("1") % 2 == 1 for i in range(frames)])
+
+
+@given(st.integers(2, 300))
+def test_finer_halves_hold_each_frame_once_and_differ(frames):
+    """From three frames on: of two there is one way."""
+    every = [halves(frames), *finer(frames)]
+    for chosen, held in every:
+        np.testing.assert_array_equal(np.sort(np.concatenate([chosen, held])), np.arange(frames))
+    assert len({chosen.tobytes() for chosen, _ in every}) == len(every) or frames < 3
+    # The last deals any two neighbours to two sides.
+    assert (np.diff(np.isin(np.arange(frames), every[-1][1])) != 0).all()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mismatch import search as module
+from mismatch.blocks import halves
 from mismatch.economy import economical
 from mismatch.explain import explain
 from mismatch.fit import fit_nominal
@@ -86,6 +87,26 @@ def test_a_search_anew_that_was_ended_before_it_began_undoes_nothing(passing, mo
     monkeypatch.setattr(module, "contested", lambda *_: (None, []))
     monkeypatch.setattr(type(passing.work), "enough", property(lambda _: enough))
     assert search(passing, []).rounds is found[kept]
+
+
+def test_what_few_frames_show_is_sought_with_some_of_them_on_either_side(passing, monkeypatch):
+    """The first four frames that choose are all that show it; every other frame has one of them held out."""
+    few = halves(FRAMES)[0][:4]
+    assert {frame % 2 for frame in few} == {0, 1}
+    rounds, one_side = rounds_of("counter_saturation"), []
+
+    def selection(train, test, _):
+        one_side.append(not np.isin(few, test.frames).any())
+        return rounds
+
+    monkeypatch.setattr(module, "likeliest_selection", selection)
+    monkeypatch.setattr(module, "unjudged", lambda _: one_side[-1])
+    monkeypatch.setattr(module, "what_is_left", lambda *_: False)
+    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    found = search(passing, [])
+    assert one_side == [True, False]
+    assert found.notes == (module.ONE_BY_ONE,)
+    np.testing.assert_array_equal(found.test.frames, np.arange(FRAMES)[1::2])
 
 
 @pytest.mark.parametrize("enough", [True, False])
