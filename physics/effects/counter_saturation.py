@@ -61,15 +61,21 @@ class CounterSaturation(Effect):
         return 0 < values["lost"] < 0.5
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The largest count there is, and a little less; that of each zone which seems to stop there."""
+        """The largest count there is, and a little less; that of each zone which seems to stop there.
+
+        Counters are alike where nothing tells otherwise: others stop where the one does that shows it most, unless they
+        have counted beyond.
+        """
         counts = expected + excess
         found = [{"ceiling": max(2.0, part * float(counts.max()))} for part in (0.8, 0.95, 1.0)]
         largest = np.maximum(counts.max(axis=(0, 2)), 2.0)
         clipped = _shown(expected, largest[:, None])
         gained = ((counts - expected) ** 2 - (counts - clipped) ** 2) / np.maximum(expected, 1)
-        stops = gained.sum(axis=(0, 2)) > SHOWN
+        gained = gained.sum(axis=(0, 2))
+        stops, common = gained > SHOWN, largest[gained.argmax()]
         if stops.any():
-            each = np.where(stops, largest, self.parameter("ceiling").high)
+            others = np.where(largest <= common, common, self.parameter("ceiling").high)
+            each = np.where(stops, largest, others)
             found.append({"lost": self.parameter("lost").start, "ceiling": each})
         return found
 
