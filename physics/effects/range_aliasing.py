@@ -5,7 +5,8 @@ from scipy.constants import speed_of_light
 
 from physics.curved_track import curved_track
 from physics.effect import Effect, LookAlike, Parameter, Values
-from physics.folded import one_period_early, periods, seen_beyond, seen_through, walls, where_unknown
+from physics.far_wall import normal_of, planes, seen_through, walls
+from physics.folded import one_period_early, periods, seen_beyond
 from physics.light import Return
 from physics.odometry import camera_motion
 from physics.pulse import longer
@@ -15,6 +16,8 @@ from physics.walk import LEVELS, SHORTEST_S, curve
 
 # A steadier laser than this is as good as steady, and what is divided by must not vanish.
 LEAST_JITTER_S = 1e-14
+# A wall stands still, or it goes along with the camera.
+STILL = 0.5
 # No laser's period varies so much by chance, and few targets are so deep (0.45 m); rising dark counts are as broad.
 BROADEST_S = 3e-9
 
@@ -99,11 +102,11 @@ class RangeAliasing(Effect):
         Parameter("still", "1", -1.5, 1.5, 0.0, "Metres by which it comes nearer for each that the camera moves."),
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
-        Parameter("depth", "m", 1.0, 60.0, 10.0, "How far ahead that wall is at the start of the session."),
-        Parameter("at_x", "1", -3.0, 3.0, 0.0, "Tangent x/z where it is so far ahead."),
-        Parameter("at_y", "1", -3.0, 3.0, 0.0, "Tangent y/z where it is so far ahead."),
-        Parameter("tilt_x", "1", -2.0, 2.0, 0.0, "Part of its depth by which it is nearer for each unit of x/z."),
-        Parameter("tilt_y", "1", -2.0, 2.0, 0.0, "The same for y/z."),
+        Parameter("depth", "m", 1.0, 60.0, 10.0, "How far away that wall is at the start of the session."),
+        Parameter("azimuth", "rad", -np.pi, np.pi, 0.0, "Where it is so far, to the right of the camera's axis."),
+        Parameter("elevation", "rad", -np.pi / 2, np.pi / 2, 0.0, "The same, above that axis."),
+        Parameter("tilt_x", "1", -2.0, 2.0, 0.0, "Part of its depth by which it is nearer a unit farther right."),
+        Parameter("tilt_y", "1", -2.0, 2.0, 0.0, "The same, farther down."),
         Parameter("period", "s", 1e-9, 1e-6, 5.627e-8, "Period of the laser; of a TMF8828 56.27 ns, 17.77 MHz."),
         Parameter("smear", "s", 0.0, 5e-9, 0.0, "Standard deviation of that period.", tries=(5e-10, 2e-9)),
     )
@@ -122,9 +125,11 @@ class RangeAliasing(Effect):
 
     def _wall(self, values: Values, rendering: Rendering) -> list[Return]:
         """What a wall across the view sends back where depth is unknown."""
-        depth_m = values["depth"] + self._way(values, rendering)
-        tilt, at = ((values[f"{name}_x"], values[f"{name}_y"]) for name in ("tilt", "at"))
-        return seen_through(rendering.light, depth_m, tilt, at)
+        light = rendering.light
+        normal = normal_of((values["azimuth"], values["elevation"]), (values["tilt_x"], values["tilt_y"]))
+        motion = camera_motion(light) if values["still"] > STILL else None
+        away_m = values["depth"] + values["speed"] * light.time_s
+        return seen_through(light, *planes(normal, away_m, motion, light.time_s))
 
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
@@ -156,7 +161,6 @@ class RangeAliasing(Effect):
         Lines of a target that goes along with the camera, and of one that stands still where the camera moves; such
         walls where depth is unknown; and the periods at which surfaces that are seen beyond them come early.
         """
-        at = dict(zip(("at_x", "at_y"), where_unknown(rendering.light), strict=True))
         beyond = [{"folded": 1.0, "period": period} for period in periods(excess, expected, rendering)]
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
         way_m, clock = _way_m(rendering), rendering.clock
@@ -169,12 +173,6 @@ class RangeAliasing(Effect):
                 if apparent >= self.parameter("apparent_range").low:
                     where = {"counts": self.parameter("counts").start, "apparent_range": apparent} | moves
                     found += [where | {name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
-            for smear in self.parameter("smear").tries:
-                wall = walls(excess, expected, rendering, -still * way_m, self.parameter("period").start, smear)
-                if wall is not None:
-                    depth = float(np.clip(wall[0], self.parameter("depth").low, self.parameter("depth").high))
-                    through = {"through": self.parameter("through").start, "depth": depth}
-                    beyond.append(through | at | {"smear": smear, "still": still})
         curved = curved_track(excess, expected, rendering)
         if curved is not None:
             arrival_s, levels, every = curved
@@ -183,6 +181,9 @@ class RangeAliasing(Effect):
             where |= {name: speed_of_light / 2 * level for name, level in levels.items()}
             if all(self.parameter(name).low <= value <= self.parameter(name).high for name, value in where.items()):
                 found.append({"counts": self.parameter("counts").start} | where)
+        for wall in walls(excess, expected, rendering, self.parameter("period").start, self.parameter("smear").tries):
+            depth = float(np.clip(wall["depth"], self.parameter("depth").low, self.parameter("depth").high))
+            beyond.append({"through": self.parameter("through").start} | wall | {"depth": depth})
         return found + beyond
 
 

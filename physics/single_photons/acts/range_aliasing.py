@@ -5,11 +5,15 @@ from dataclasses import replace
 import numpy as np
 from scipy.constants import speed_of_light
 from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 
 from physics.effect import Values
 from physics.single_photons.draw import by_zone, pulse_from_elsewhere, returned
 from physics.single_photons.where_from import start_from_camera
 from physics.single_photons.world import Photons, World
+
+# A wall that is turned away further than this, as cosine, is seen edge on.
+EDGE_ON = 0.05
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
@@ -23,7 +27,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     period_s = values["period"]
     beyond = world.range_m > speed_of_light / 2 * period_s
     seen = returned(replace(world, gloss=world.gloss * np.where(beyond, values["folded"], 0)), rng)
-    seen = seen.and_also(returned(_wall(world, values, ahead), rng))
+    seen = seen.and_also(returned(_wall(world, values), rng))
     smeared_s = values["smear"] * rng.standard_normal(len(seen))
     seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
     jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1) + values["spread"] * rng.standard_normal(len(far))
@@ -39,13 +43,20 @@ def _way_of_its_own(values: Values, time_s: float) -> float:
     return float(CubicSpline(times, places, bc_type="natural")(min(time_s, times[-1])))
 
 
-def _wall(world: World, values: Values, nearer: float) -> World:
-    """A wall across the view, and nothing else, where depth is unknown."""
-    away = values["depth"] + world.time_s * values["speed"] - values["still"] * nearer
-    # Points of a plane with this normal, whose product with it is the distance along the axis.
-    across = np.array([values["tilt_x"], values["tilt_y"]])
-    normal = np.append(across, 1 - across @ [values["at_x"], values["at_y"]])
-    ahead = replace(world, depth_m=np.ones(world.depth_m.shape)).points @ normal
-    wall = replace(world, depth_m=np.where(world.depth_m > 0, np.nan, away / np.maximum(ahead, 0.05)))
-    cosine = ahead / np.linalg.norm(normal) * wall.depth_m / np.where(wall.range_m > 0, wall.range_m, 1)
+def _wall(world: World, values: Values) -> World:
+    """A wall far ahead, and nothing else, where depth is unknown."""
+    still = values["still"] > 0.5
+    camera = start_from_camera(world, "range_aliasing with still") if still else np.eye(4)
+    # Level, then lifted: a frame that looks where it is so far away. Its points from any three corners of the wall.
+    looks = Rotation.from_euler("YX", [values["azimuth"], values["elevation"]])
+    away = values["depth"] + world.time_s * values["speed"]
+    slopes = np.array([[0, 0, 1], [1, 0, 1 - values["tilt_x"]], [0, 1, 1 - values["tilt_y"]]])
+    corners = [looks.apply(away * np.array([x, y, z])) for x, y, z in slopes]
+    corners = [camera[:3, :3].T @ (corner - camera[:3, 3]) for corner in corners]
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    rays = replace(world, depth_m=np.ones(world.depth_m.shape)).points
+    ahead = rays @ normal / (corners[0] @ normal)
+    cosine = rays @ normal / np.linalg.norm(normal) / np.linalg.norm(rays, axis=-1)
+    there = ~(world.depth_m > 0) & (ahead > 0) & (cosine > EDGE_ON)
+    wall = replace(world, depth_m=np.where(there, 1 / np.where(there, ahead, 1), np.nan))
     return replace(wall, reflectance=np.full(cosine.shape, values["through"]), cosine=cosine, gloss=1.0, behind=None)

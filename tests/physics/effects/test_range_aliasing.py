@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from physics.effects.range_aliasing import effect
-from physics.folded import seen_through
+from physics.far_wall import toward_unknown
 from physics.light import direct_light
 from physics.motion import Motion
 from physics.nominal import ForwardModel
@@ -183,31 +183,14 @@ def window(small):
     return direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)
 
 
-def test_a_tilted_wall_is_where_rays_meet_its_plane(small, window):
-    """Ranges by what a tilt is, incidence by the normal through three points of the plane."""
-    tilt, at, depth = np.array([0.4, -0.3]), np.array([0.2, 0.1]), 8.9
-
-    def point(x, y):
-        return np.array([x, y, 1.0]) * depth / (1 + tilt @ (np.array([x, y]) - at))
-
-    (way,) = seen_through(window, np.full(3, depth), tuple(tilt), tuple(at))
-    corner = point(0.0, 0.0)
-    normal = np.cross(point(0.3, 0.0) - corner, point(0.0, 0.3) - corner)
-    normal /= np.linalg.norm(normal)
-    for v, u in np.argwhere(~(window.range_m[0] > 0)):
-        there = point(*window.rays[v, u, :2])
-        away = np.linalg.norm(there)
-        assert way.range_m[0, v, u] == pytest.approx(away, rel=1e-6)
-        assert way.strength[0, v, u] == pytest.approx(abs(there @ normal) / away**3, rel=1e-5)
-    assert not way.strength[:, window.range_m[0] > 0].any()
-
-
 @pytest.mark.parametrize("smear", [5e-10, 2e-9])
 def test_it_suggests_where_a_wall_is_seen_through(small, window, smear):
     model = ForwardModel(window, small.footprints, small.clock, 4.0)
-    truth, nominal = effect.at(counts=0, through=0.5, depth=8.95, smear=smear), model.expected(1e6)
+    azimuth, _ = toward_unknown(window, None)
+    truth = effect.at(counts=0, through=0.5, depth=8.95, azimuth=azimuth, smear=smear)
+    nominal = model.expected(1e6)
     excess = np.random.default_rng(3).poisson(model.expected(1e6, [truth])) - nominal
     starts = effect.starts(excess, nominal, Rendering(window, small.footprints, small.clock, 1e6, background=4.0))
     found = [start for start in starts if "through" in start and start["smear"] == smear]
     assert abs(found[0]["depth"] - 8.95) < 0.06
-    assert found[0]["at_x"] > 0.2
+    assert found[0]["azimuth"] == azimuth > 0.2
