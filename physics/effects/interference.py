@@ -15,8 +15,9 @@ from physics.tracks import straight_tracks
 
 # Strengths at which a search for pulses that roam begins, counts.
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
-# How many times the evidence of any one crossing there must be for several to be one pulse that returns.
-AGAIN = 1.3
+# Evidence beside that of any one crossing, and part of it, that there must be for several to be one pulse that returns:
+# noise alone adds none to that of a pulse that crosses once.
+BESIDE, AGAIN = 24.0, 0.02
 # Evidence from which it is worth a fit: one in four hundred by chance.
 SURE = 12.0
 # Pulses of rangers are over in this, as a standard deviation, seconds.
@@ -174,7 +175,8 @@ class Interference(Effect):
         tracks = straight_tracks(excess, expected, rendering, fastest=1e-3)
         lines = [{"arrival": t.arrival_s, "drift": t.drift} for t in tracks]
         again = returning_track(excess, expected, rendering)
-        if again is not None and again.evidence > AGAIN * max((t.evidence for t in tracks), default=0.0):
+        once = max((t.evidence for t in tracks), default=0.0)
+        if again is not None and again.evidence > once + max(BESIDE, AGAIN * once):
             lines.insert(0, {"arrival": again.arrival_s, "drift": again.drift, "period": again.period_s})
         ends = {p.name: (p.low, p.high) for p in self.parameters}
         lines = [{name: float(np.clip(value, *ends[name])) for name, value in line.items()} for line in lines]

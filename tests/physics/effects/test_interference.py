@@ -175,3 +175,18 @@ def test_a_fit_may_begin_wherever_it_is_told_to(small):
     assert any("period" in start for start in starts)
     for start in starts:
         effect.at(**start)
+
+
+@pytest.mark.parametrize("returns", [True, False])
+def test_one_that_returns_late_is_told_from_one_that_leaves(small, returns):
+    """It is back for a tenth of the session, where noise alone adds nothing to what crosses once."""
+    bins, width = small.clock.bins, small.clock.bin_width_s
+    rendering = Rendering(replace(small.light, time_s=np.arange(60) / 30), small.footprints, small.clock, 1.0)
+    crossing = (0.2 + 0.9 * np.arange(60) / 54) * bins * width
+    arrival = np.stack([crossing, crossing - bins * width])[: 2 if returns else 1]
+    shares = small.clock.pulse.in_bins(arrival, bins, width).sum(axis=0)
+    expected = np.full((60, 4, bins), 20.0)
+    there = expected + 60 * shares[:, None] * np.array([1, 0.5, 1.5, 0.8])[:, None]
+    excess = np.random.default_rng(6).poisson(there) - expected
+    starts = effect.starts(excess, expected, rendering)
+    assert any("period" in start for start in starts) == returns
