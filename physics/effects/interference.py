@@ -15,8 +15,7 @@ from physics.tracks import straight_tracks
 
 # Strengths at which a search for pulses that roam begins, counts.
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
-# Evidence beside that of any one crossing, and part of it, that there must be for several to be one pulse that returns:
-# noise alone adds none to that of a pulse that crosses once.
+# What all crossings must add to the evidence of any one, plus a part of it, to be one pulse: noise adds nothing.
 BESIDE, AGAIN = 24.0, 0.02
 # Evidence from which it is worth a fit: one in four hundred by chance.
 SURE = 12.0
@@ -129,9 +128,8 @@ class Interference(Effect):
     def look(self, values: Values, rendering: Rendering) -> Look:
         """What it costs not to have known where it was, over all frames."""
         placed, step = self._placed(values, rendering), WIDER * rendering.clock.bin_width_s
-        slopes = {"roaming": placed.by_counts, "present": placed.by_present}
         # A pulse that is no longer does not change with the square root of a variance.
-        slopes["longer"] = np.zeros(len(placed.evidence))
+        slopes = {"roaming": placed.by_counts, "present": placed.by_present, "longer": np.zeros(len(placed.evidence))}
         if values["longer"]:
             step = min(step, values["longer"])
             ends = (self._placed({**values, "longer": values["longer"] + s}, rendering) for s in (-step, step))

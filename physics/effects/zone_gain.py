@@ -32,6 +32,8 @@ class ZoneGain(Effect):
         LookAlike("gain_drift", "Repeat the first capture at the end: a gain is as it was, a drift is not."),
     )
     forms = (("factor",), ("factor", "ambient"), ("one",), ("across", "down"), ("alternate",))
+    # A factor that all zones have is the gain, or the recorded background's.
+    uneven = forms[:2]
     parameters = (
         Parameter(
             "factor",

@@ -31,17 +31,18 @@ def test_the_start_is_where_the_effect_starts(name):
 
 
 def test_an_effect_of_zones_is_tried_with_one_value_and_with_one_for_each():
-    common, divided = (form for form in forms_of(find_effect("zone_gain"), SIZES) if form.free == ("factor",))
+    common, divided = (form for form in forms_of(find_effect("ambient_pedestal"), SIZES) if form.free == ("level",))
     assert len(common.coordinates) == 1
     assert len(divided.coordinates) == 3
-    assert divided.setting(np.array([1.0, 2.0, 3.0])).values["factor"] == pytest.approx([1.1, 2.2, 3.3])
-    assert common.name == "zone_gain(factor)"
-    assert divided.name == "zone_gain(factor[])"
+    assert divided.setting(np.array([1.0, 2.0, 3.0])).values["level"] == pytest.approx([10, 20, 30])
+    assert common.name == "ambient_pedestal(level)"
+    assert divided.name == "ambient_pedestal(level[])"
 
 
 def test_what_differs_by_zone_in_any_case_has_no_form_that_all_share():
-    (apart,) = (form for form in forms_of(find_effect("bin_width_error"), SIZES) if form.free == ("apart",))
-    assert apart.own == ("apart",)
+    for effect, free in (("bin_width_error", ("apart",)), ("zone_gain", ("factor",))):
+        (apart,) = (form for form in forms_of(find_effect(effect), SIZES) if form.free == free)
+        assert apart.own == free
 
 
 def test_a_form_begins_elsewhere_only_by_parameters_it_has():

@@ -109,6 +109,32 @@ def test_depth_that_errs_with_its_square(scene, maps):
     np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
 
 
+def test_depth_that_errs_to_and_fro_with_range(scene, maps):
+    model, light, clock = scene
+    found = changed(model, "depth_ripple", sine=0.02, cosine=-0.01, period=0.3)
+    phase = 2 * np.pi * light.range_m / 0.3
+    true = light.range_m + 0.02 * np.sin(phase) - 0.01 * np.cos(phase)
+    scale = np.linalg.norm(light.rays, axis=-1)
+    moved = direct_light(true / scale, INTRINSICS, cosine=light.cosine, time_s=light.time_s)
+    there = ForwardModel(moved, footprints(maps, true.shape[1:]), clock, BACKGROUND)
+    np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
+
+
+def test_periods_are_looked_for_in_the_ranges_in_view(scene):
+    _, light, _ = scene
+    starts = CAUSES["depth_ripple"].starts(np.zeros(1), np.zeros(1), SimpleNamespace(light=light))
+    most = max(start["period"] for start in starts)
+    assert 0.5 * np.ptp(light.range_m) < most <= np.ptp(light.range_m)
+    nothing = SimpleNamespace(light=SimpleNamespace(range_m=np.full((2, 3, 4), np.nan)))
+    assert CAUSES["depth_ripple"].starts(np.zeros(1), np.zeros(1), nothing) == []
+
+
+def test_counts_that_go_by_a_power(scene):
+    model, *_ = scene
+    found = changed(model, "power_law", more=0.1, full=200.0)
+    np.testing.assert_allclose(found, np.exp(1.1 * np.log(model.expected(1000.0)) - 0.1 * np.log(200)), rtol=1e-12)
+
+
 def test_depth_along_the_ray_is_a_bowl(scene, maps):
     """Ranges along the ray that were taken for depths, by trigonometry; to first order in tan²."""
     model, light, clock = scene
