@@ -42,7 +42,7 @@ def likely_marks(
     every = max(1, round(np.sqrt(np.prod(light.range_m.shape[1:]) / PIXELS)))
     some = (..., slice(None, None, every), slice(None, None, every))
     weights, strength = rendering.footprints.weights[some], np.nan_to_num(light.returns[0].strength[some])
-    points = np.stack([along[some] for along in _places(light)], axis=-1)
+    points = [along[some] for along in _places(light)]
     seen = strength > 0
     if not seen.any():
         return []
@@ -53,8 +53,9 @@ def likely_marks(
     amiss = amiss - signal * (amiss * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
     found = []
     for size in (part * middle for part in SIZES):
-        for place in spread(points[seen], size):
-            there = strength * (((points - place) ** 2).sum(axis=-1) < size**2)
+        for place in spread(np.stack([along[seen] for along in points], axis=-1), size):
+            square = sum((along - at) ** 2 for along, at in zip(points, place, strict=True))
+            there = strength * (square < size**2)
             ways = "fhw,fphw->fp" if weights.ndim == 4 else "fhw,phw->fp"
             share = np.einsum(ways, there, weights, optimize=True)
             share = share - signal * (share * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)

@@ -4,6 +4,7 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
+from numba import njit
 
 from physics.light import Light
 from physics.outside_plane import facing
@@ -29,29 +30,41 @@ def by_way_of_patch(
     cosθ' it goes with what the surface sends back directly, cosθ/r², as of light that goes the other way round.
     """
     half_path, strength = np.zeros_like(light.range_m), np.zeros_like(light.range_m)
-    unit = light.rays / np.linalg.norm(light.rays, axis=-1)[..., None]
-    areas = None if dimmed else facing(light)
+    lengths, areas = np.linalg.norm(light.rays, axis=-1), None if dimmed else facing(light)
 
     def one(i: int) -> None:
-        q = np.array([x, y, z])
+        q = np.array([x, y, z], float)
         if stands and light.motion is not None:
             moved = light.motion.start_from_camera[light.motion.nearest(light.time_s[i : i + 1])[0]]
             q = moved[:3, :3].T @ (q - moved[:3, 3])
-        ranges = light.range_m[i]
-        there = (ranges > 0) & np.isfinite(ranges) & (light.returns[0].strength[i] > 0)
-        way = q - unit * np.where(there, ranges, 0)[..., None]
-        apart = np.linalg.norm(way, axis=-1)
-        sends = light.returns[0].strength[i]
-        if not dimmed:
-            size = np.linalg.norm(areas[i], axis=-1)
-            cosine = np.maximum((way * areas[i]).sum(axis=-1), 0) / np.maximum(size * apart, 1e-12)
-            sends = light.reflectance[i] * cosine
-        lit = sends / (apart**2 + (HALF_SIZE * np.linalg.norm(q)) ** 2)
-        strength[i] = np.where(there & np.isfinite(lit), lit, 0)
-        half_path[i] = np.where(there, (ranges + apart + np.linalg.norm(q)) / 2, 0)
+        seen = light.range_m[i], light.returns[0].strength[i], light.reflectance[i]
+        area = np.zeros((0, 0, 3)) if dimmed else areas[i]
+        _by_way(*seen, light.rays, lengths, area, q, half_path[i], strength[i])
 
     in_parallel(one, range(light.frames))
     return half_path, strength
+
+
+@njit(nogil=True, cache=True)
+def _by_way(ranges, direct, reflectance, rays, lengths, areas, q, half_path, strength):
+    """Fill half the path and the strength of one frame (H, W), 0 where nothing comes that way; dimmed without areas."""
+    away = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    for v in range(ranges.shape[0]):
+        for u in range(ranges.shape[1]):
+            if not (direct[v, u] > 0 and 0 < ranges[v, u] < np.inf):
+                continue
+            along = ranges[v, u] / lengths[v, u]
+            x, y, z = q[0] - rays[v, u, 0] * along, q[1] - rays[v, u, 1] * along, q[2] - rays[v, u, 2] * along
+            square = x * x + y * y + z * z
+            apart, sends = np.sqrt(square), direct[v, u]
+            if areas.size:
+                area_x, area_y, area_z = areas[v, u, 0], areas[v, u, 1], areas[v, u, 2]
+                size = np.sqrt(area_x * area_x + area_y * area_y + area_z * area_z)
+                toward = max(area_x * x + area_y * y + area_z * z, 0.0)
+                sends = reflectance[v, u] * toward / max(size * apart, 1e-12)
+            lit = sends / (square + (HALF_SIZE * away) ** 2)
+            strength[v, u] = lit if np.isfinite(lit) else 0.0
+            half_path[v, u] = (ranges[v, u] + apart + away) / 2
 
 
 def likely_patches(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
