@@ -56,8 +56,8 @@ def returning_track(excess: np.ndarray, expected: np.ndarray, rendering: Renderi
     matched, times = matched_parts(excess, expected, rendering)
     parts, _, bins = matched.shape
     lasted = max(float(np.ptp(times)), 1e-9)
-    # Faster than this a pulse would skip more than itself from one part to the next.
-    most = min(MOST_CROSSINGS * bins, parts * bins // 8)
+    # Pulses that move by more than a quarter of the window from part to part are like slower ones.
+    most = min(MOST_CROSSINGS * bins, (parts - 1) * bins // 4)
     slopes = [float(sign * s) for s in range(int(LEAST_CROSSED * bins), most + 1, STEP_BINS) for sign in (-1, 1)]
     all_zones = np.ascontiguousarray(matched.sum(axis=1, keepdims=True))
     lines = []

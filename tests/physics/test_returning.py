@@ -39,6 +39,15 @@ def test_a_pulse_that_returns_is_found(first, slope, period):
     assert found.evidence > 1.3 * max(track.evidence for track in straight_tracks(*seen))
 
 
+def test_a_quick_one_is_found_in_half_of_the_frames():
+    excess, expected, rendering = drawn(10.0, -97.0, 60.0, [30, 20, 40])
+    half = np.arange(FRAMES) % 4 < 2
+    some = SimpleNamespace(clock=CLOCK, light=SimpleNamespace(time_s=rendering.light.time_s[half]))
+    found = returning_track(excess[half], expected[half], some)
+    assert abs(found.drift / WIDTH + 97) < 2.5
+    assert abs(found.period_s / WIDTH - 60) < 3.0
+
+
 def test_one_frame_has_none():
     excess, expected, rendering = drawn(10.0, 45.0, 60.0, [30, 30, 30])
     few = SimpleNamespace(clock=CLOCK, light=SimpleNamespace(time_s=rendering.light.time_s[:1]))
