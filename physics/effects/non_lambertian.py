@@ -36,9 +36,9 @@ class NonLambertian(Effect):
     t-distribution (Ribardière et al. 2017, "STD", Computer Graphics Forum 36), which is the power of the cosine with
     tail 1 and, towards 0, the Gaussian of Beckmann and Spizzichino (1963).
     Energy is not kept: what goes elsewhere is never seen from here. One surface may have a lobe of its own beside that,
-    gloss · cosθ^gloss_exponent: surfaces are told apart and followed through the frames by their geometry, the largest
-    first (`segments`). As one surface may meet the light at much the same angle in all frames, a lobe of its own that
-    hardly varies with the angle, or darkens, is no lobe but its reflectance.
+    gloss · cosθ^gloss_exponent, and less matt light for it: surfaces are told apart and followed through the frames by
+    their geometry, the largest first (`segments`). As one surface may meet the light at much the same angle in all
+    frames, a lobe of its own that hardly varies with the angle, or darkens, is no lobe but its reflectance.
     """
 
     id = "non_lambertian"
@@ -59,8 +59,9 @@ class NonLambertian(Effect):
         ("gloss", "gloss_exponent", "tail"),
         ("lobe", "exponent", "tail", *GLOSSES, "gloss_exponent"),
         ("gloss", "gloss_exponent", "tail", *GLOSSES),
+        ("gloss", "gloss_exponent", "matt"),
     )
-    richer = forms[-4:]
+    richer = forms[-5:]
     parameters = (
         Parameter(
             "lobe",
@@ -108,6 +109,7 @@ class NonLambertian(Effect):
             tries=(4.0, 60.0),
             sentence="How narrow the lobe of that surface is, as `exponent`.",
         ),
+        Parameter("matt", "1", 0.0, 1.0, 1.0, "Matt light of that surface over what was thought, as its lobe takes."),
         *WHICH,
         *(
             Parameter(name, "1", 0.0, 100.0, 0.5, f"The same of part {k}, on top.", vanishes_at=0.0)
@@ -148,7 +150,10 @@ class NonLambertian(Effect):
             lobe *= np.maximum(2 * light.reflectance, 2 * DARKEST) ** (values["pigment"] - 1)
         more = np.exp(values["power"] * log) + lobe
         if _by_surface(values):
-            glosses = values["gloss"] * (numbers(values, light) == round(values["surface"]))
+            there = numbers(values, light) == round(values["surface"])
+            glosses = values["gloss"] * there
+            if values["gloss"]:
+                more = np.where(there, values["matt"], 1) * more
             if any(values[name] != 0 for name in GLOSSES):
                 each = np.array([0.0, *(values[name] for name in GLOSSES), 0.0])
                 glosses = glosses + each[np.minimum(light.pieces, len(each) - 1)]

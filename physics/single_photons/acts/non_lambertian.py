@@ -22,8 +22,9 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
         angle, values["exponent"], values["tail"]
     ) / (np.maximum(2 * world.reflectance, 0.04) ** (1 - values["pigment"]))
     if values["gloss"] > 0:
-        own = values["gloss"] * _facets(angle, values["gloss_exponent"], values["tail"])
-        sent += own * (surface_numbers(world, values) == round(values["surface"]))
+        glossy = surface_numbers(world, values) == round(values["surface"])
+        sent[glossy] *= values["matt"]
+        sent += glossy * values["gloss"] * _facets(angle, values["gloss_exponent"], values["tail"])
     each = np.array([0, *(values[f"gloss_{k}"] for k in range(1, 9)), 0])
     if each.any():
         part = np.minimum(surface_numbers(world, {"told_by": 2}), 9)

@@ -173,6 +173,10 @@ def test_detectors_that_tire(scene):
     mean = lfilter([0.0, 1 - kept], [1, -kept], total, axis=0)
     wanted = light / (1 + 0.3 * mean / total.max())[..., None] + BACKGROUND[:, None]
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    every = light + BACKGROUND[:, None]
+    mean = lfilter([0.0, 1 - kept], [1, -kept], every.sum(axis=-1), axis=0)
+    wanted = every / (1 + 0.3 * mean / every.sum(axis=-1).max())[..., None]
+    np.testing.assert_allclose(changed(model, "fatigue", tired=0.3, memory=memory, background=1.0), wanted, rtol=1e-9)
 
 
 def test_times_that_scatter_in_proportion_to_range(scene):

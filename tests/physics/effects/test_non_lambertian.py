@@ -89,6 +89,8 @@ def test_one_surface_may_be_glossy_and_the_others_matt():
     np.testing.assert_allclose(found, np.where(bar, every, matt), rtol=1e-6)
     found = seen(light, gloss=0.8, gloss_exponent=9, surface=1)
     np.testing.assert_allclose(found, np.where(bar, matt, every), rtol=1e-6)
+    found = seen(light, gloss=0.8, gloss_exponent=9, surface=2, matt=0.3)
+    np.testing.assert_allclose(found, np.where(bar, every - 0.7 * matt, matt), rtol=1e-5)
     assert effect.reach(effect.at(gloss=1, surface=2).values) == (np.inf, np.inf)
     assert effect.reach(effect.at(lobe=1).values) == (0, 0)
     assert effect.strained(effect.at(gloss=0.8, gloss_exponent=2).values, None)

@@ -152,6 +152,7 @@ STRENGTHS = {
         {"power": -0.8},
         {"gloss": 2, "gloss_exponent": 3, "surface": 1},
         {"gloss": 2, "gloss_exponent": 3, "surface": 1, "told_by": 1},
+        {"gloss": 2, "gloss_exponent": 9, "matt": 0.4, "surface": 1},
         {"lobe": 2, "exponent": 5, "tail": 0.05},
         {"gloss_1": 1, "gloss_2": 2, "gloss_exponent": 3, "tail": 4},
     ],
