@@ -154,8 +154,8 @@ class SecondSurface(Effect):
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """A thing is where its light is."""
-        if values["one"] > WHOLE:
-            return "all light of one thing comes from elsewhere, so that it is not where depth has it"
+        if max(values["one"], values["covered"]) > WHOLE:
+            return "all light of a thing comes from elsewhere, so that it is not where depth has it"
         return None
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:

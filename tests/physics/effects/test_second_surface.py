@@ -118,9 +118,11 @@ def test_it_suggests_the_spacing_and_what_is_covered(small):
 BINS_OF_4_CM = SimpleNamespace(clock=SimpleNamespace(bin_width_s=0.267e-9))
 
 
-@pytest.mark.parametrize(("one", "denied"), [(0.99, True), (0.6, False), (0.0, False)])
-def test_a_thing_all_of_whose_light_comes_from_elsewhere_is_elsewhere(one, denied):
-    assert (effect.contradiction(effect.at(one=one, spacing=0.1).values, BINS_OF_4_CM) is not None) == denied
+@pytest.mark.parametrize("some", ["one", "covered"])
+@pytest.mark.parametrize(("part", "denied"), [(0.99, True), (0.6, False), (0.0, False)])
+def test_things_all_of_whose_light_comes_from_elsewhere_are_elsewhere(some, part, denied):
+    values = effect.at(**{some: part}, spacing=0.1).values
+    assert (effect.contradiction(values, BINS_OF_4_CM) is not None) == denied
 
 
 @pytest.mark.parametrize(
