@@ -72,11 +72,15 @@ def _more(each: np.ndarray, owned: np.ndarray) -> np.ndarray | None:
     owned: what an effect says of it, which is right up to a factor and a power. None where there is none.
     """
 
-    def loss(log_times: float, power: float) -> float:
-        wider = 1 + np.exp(log_times) * owned**power
+    def loss(log_times: float, powered: np.ndarray) -> float:
+        wider = 1 + np.exp(log_times) * powered
         return float((each / wider + np.log(wider)).sum())
 
     bounds = np.log(LEAST_TIMES), np.log(MOST_TIMES)
-    found = [(minimize_scalar(loss, args=(power,), bounds=bounds, method="bounded"), power) for power in POWERS]
-    best, power = min(found, key=lambda one: one[0].fun)
-    return float(np.exp(best.x)) * owned**power if best.fun < each.sum() else None
+    best, found = np.inf, None
+    for power in POWERS:
+        powered = owned**power
+        least = minimize_scalar(loss, args=(powered,), bounds=bounds, method="bounded")
+        if least.fun < best:
+            best, found = least.fun, float(np.exp(least.x)) * powered
+    return found if best < each.sum() else None
