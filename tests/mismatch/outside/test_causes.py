@@ -120,6 +120,20 @@ def test_depth_that_errs_to_and_fro_with_range(scene, maps):
     np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
 
 
+def test_depth_that_errs_to_and_fro_over_its_image(scene, maps):
+    model, light, clock = scene
+    found = changed(model, "depth_waves", sine=0.02, cosine=-0.01, across=1.5, down=-0.5)
+    (height, width), true = light.range_m.shape[1:], light.range_m.copy()
+    for row, column in product(range(height), range(width)):
+        phase = 2 * np.pi * (1.5 * column / width - 0.5 * row / height)
+        true[:, row, column] *= 1 + 0.02 * np.sin(phase) - 0.01 * np.cos(phase)
+    moved = direct_light(
+        true / np.linalg.norm(light.rays, axis=-1), INTRINSICS, cosine=light.cosine, time_s=light.time_s
+    )
+    there = ForwardModel(moved, footprints(maps, true.shape[1:]), clock, BACKGROUND)
+    np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
+
+
 def test_periods_are_looked_for_in_the_ranges_in_view(scene):
     _, light, _ = scene
     starts = CAUSES["depth_ripple"].starts(np.zeros(1), np.zeros(1), SimpleNamespace(light=light))
