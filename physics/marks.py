@@ -1,9 +1,11 @@
 """A mark on a surface, ink, tape or a label: where it is in space, as the excess of counts tells."""
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
 
+from physics.effect import Parameter, Values
 from physics.light import Light
 from physics.rendering import Rendering
 from physics.texture import places
@@ -12,6 +14,23 @@ from physics.texture import places
 RIM = 0.1
 # About so many pixels of an image are looked at, at most so many places and these sizes, as parts of the median range.
 PIXELS, PLACES, SIZES = 1500, 60, (0.08, 0.2)
+
+
+def place_parameters(name: str) -> tuple[Parameter, ...]:
+    """What says where a ball in space of this name is, and how large."""
+    return (
+        Parameter(
+            f"{name}_x", "m", -20.0, 20.0, 0.0, "How far to the right it is, of the camera when the session began."
+        ),
+        Parameter(f"{name}_y", "m", -20.0, 20.0, 0.0, "How far below."),
+        Parameter(f"{name}_z", "m", -20.0, 20.0, 1.0, "How far ahead."),
+        Parameter(f"{name}_size", "m", 0.005, 5.0, 0.1, "Its radius."),
+    )
+
+
+def in_ball(values: Values, name: str, light: Light) -> np.ndarray:
+    """(F, H, W) how far pixels are in the ball of this name, 0 to 1; see `within`."""
+    return within(light, *(values[f"{name}_{what}"] for what in ("x", "y", "z", "size")))
 
 
 def within(light: Light, x: float, y: float, z: float, size: float) -> np.ndarray:
@@ -30,6 +49,31 @@ def _places(light: Light) -> list[np.ndarray]:
     return places(light)
 
 
+def looked_at(light: Light) -> tuple:
+    """Which pixels (..., H, W) are looked at: every so many rows and columns."""
+    every = max(1, round(np.sqrt(np.prod(light.range_m.shape[1:]) / PIXELS)))
+    return (..., slice(None, None, every), slice(None, None, every))
+
+
+def balls(light: Light) -> Iterator[tuple[dict[str, float], np.ndarray]]:
+    """Balls spread over what was seen: "x", "y", "z", "size" in metres, and which of the pixels `looked_at` are in."""
+    some = looked_at(light)
+    points, seen = [along[some] for along in _places(light)], np.nan_to_num(light.returns[0].strength[some]) > 0
+    if not seen.any():
+        return
+    middle = float(np.median(np.nan_to_num(light.range_m[some])[seen]))
+    for size in (part * middle for part in SIZES):
+        for place in spread(np.stack([along[seen] for along in points], axis=-1), size):
+            square = sum((along - at) ** 2 for along, at in zip(points, place, strict=True))
+            yield dict(zip("xyz", place.tolist(), strict=True)) | {"size": size}, square < size**2
+
+
+def received(strength: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(F, P) what zones receive of strengths (F, h, w), by weights (P, h, w) or (F, P, h, w)."""
+    ways = "fhw,fphw->fp" if weights.ndim == 4 else "fhw,phw->fp"
+    return np.einsum(ways, strength, weights, optimize=True)
+
+
 def likely_marks(
     excess: np.ndarray, expected: np.ndarray, rendering: Rendering, most: int = 2
 ) -> list[dict[str, float]]:
@@ -38,35 +82,19 @@ def likely_marks(
     excess, expected: (F, P, T) counts. By weighted least squares of what each zone receives in all, beside a gain of
     the whole; at places spread over what was seen.
     """
-    light = rendering.light
-    every = max(1, round(np.sqrt(np.prod(light.range_m.shape[1:]) / PIXELS)))
-    some = (..., slice(None, None, every), slice(None, None, every))
-    weights, strength = rendering.footprints.weights[some], np.nan_to_num(light.returns[0].strength[some])
-    points = [along[some] for along in _places(light)]
-    seen = strength > 0
-    if not seen.any():
-        return []
-    middle = float(np.median(np.nan_to_num(light.range_m[some])[seen]))
+    some = looked_at(rendering.light)
+    weights, strength = rendering.footprints.weights[some], np.nan_to_num(rendering.light.returns[0].strength[some])
     signal = np.maximum(expected - rendering.background, 0).sum(axis=-1)
     noise = 1 / np.maximum(expected.sum(axis=-1), 1)
     amiss = excess.sum(axis=-1)
     amiss = amiss - signal * (amiss * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
     found = []
-    for size in (part * middle for part in SIZES):
-        for place in spread(np.stack([along[seen] for along in points], axis=-1), size):
-            square = sum((along - at) ** 2 for along, at in zip(points, place, strict=True))
-            there = strength * (square < size**2)
-            ways = "fhw,fphw->fp" if weights.ndim == 4 else "fhw,phw->fp"
-            share = np.einsum(ways, there, weights, optimize=True)
-            share = share - signal * (share * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
-            told = (share**2 * noise).sum()
-            evidence = (share * amiss * noise).sum() ** 2 / told if told > 0 else 0.0
-            found.append(
-                (
-                    float(evidence),
-                    {f"mark_{a}": float(v) for a, v in zip("xyz", place, strict=True)} | {"mark_size": size},
-                )
-            )
+    for place, inside in balls(rendering.light):
+        share = received(strength * inside, weights)
+        share = share - signal * (share * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
+        told = (share**2 * noise).sum()
+        evidence = (share * amiss * noise).sum() ** 2 / told if told > 0 else 0.0
+        found.append((float(evidence), {f"mark_{name}": value for name, value in place.items()}))
     return [place for _, place in sorted(found, key=lambda one: -one[0])[:most]]
 
 

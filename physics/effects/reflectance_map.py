@@ -6,7 +6,7 @@ import numpy as np
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
-from physics.marks import likely_marks
+from physics.marks import likely_marks, place_parameters
 from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
 from physics.texture import COARSE, PRODUCTS, SPACE, VIEW, passing
@@ -81,10 +81,7 @@ class ReflectanceMap(Effect):
         Parameter("spot_y", "1", -3.0, 3.0, 0.1, "Tangent y/z of the spot's middle.", tries=(-0.15, 0.15)),
         Parameter("spot_size", "1", 0.01, 3.0, 0.2, "Standard deviation of the spot, as a tangent.", tries=(0.15,)),
         Parameter("mark", "1", -5.0, 5.0, -0.3, "Logarithm of the factor on a mark that stays on its surface.", 0.0),
-        Parameter("mark_x", "m", -20.0, 20.0, 0.0, "How far to the right it is, of the camera when the session began."),
-        Parameter("mark_y", "m", -20.0, 20.0, 0.0, "How far below."),
-        Parameter("mark_z", "m", -20.0, 20.0, 1.0, "How far ahead."),
-        Parameter("mark_size", "m", 0.005, 5.0, 0.1, "Its radius."),
+        *place_parameters("mark"),
         *(
             Parameter(name, unit, -most, most, most / 200, f"Log-factor per {product} of the texture.", vanishes_at=0.0)
             for name, product in PRODUCTS.items()

@@ -9,6 +9,8 @@ from scipy.special import expit
 from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light, Return
+from physics.marks import in_ball, place_parameters
+from physics.panes import likely_pane
 from physics.rendering import Rendering
 from physics.replicas import replicas
 from physics.surface_replicas import surface_replicas
@@ -26,6 +28,8 @@ PARTLY, UNEVEN = 1.1, 0.8
 WHOLE = 0.95
 # Two pulses less than this part of a bin apart are one. Width of the ends of what is covered, in log range.
 THIN_BINS, EDGE = 0.1, 0.02
+# So many spacings are looked at for panes.
+PANES = 3
 
 
 class SecondSurface(Effect):
@@ -40,7 +44,7 @@ class SecondSurface(Effect):
     ranges alike, as the veil of a coated target does, or a laser that fires a weak pulse in advance. Each zone may have
     a part of its own, where glass covers part of the view. A sheet at or behind the sensor is dark. One thing alone may
     be translucent, or stand behind glass: surfaces are told apart and followed through the frames by their geometry,
-    the largest first (`segments`).
+    the largest first (`segments`). So may part of a surface, as a window is set in a wall: a ball in space (`marks`).
     """
 
     id = "second_surface"
@@ -57,6 +61,7 @@ class SecondSurface(Effect):
         ("passed", "spacing", "reflectance"),
         ("covered", "spacing", "reflectance", "nearest", "farthest"),
         ("one", "spacing", "reflectance"),
+        ("pane", "spacing", "reflectance", "pane_x", "pane_y", "pane_z", "pane_size"),
     )
     parameters = (
         Parameter(
@@ -74,6 +79,8 @@ class SecondSurface(Effect):
         ),
         Parameter("one", "1", 0.0, 1.0, 0.1, "The same, of surface number `surface` only.", vanishes_at=0.0),
         *WHICH,
+        Parameter("pane", "1", 0.0, 1.0, 0.1, "The same, of surfaces in a ball in space.", vanishes_at=0.0),
+        *place_parameters("pane"),
         Parameter(
             "spacing",
             unit="m",
@@ -83,21 +90,14 @@ class SecondSurface(Effect):
             tries=(-0.2, 0.05),
             sentence="Optical distance to the second surface, negative before the first; that of panes is centimetres.",
         ),
-        Parameter(
-            "reflectance",
-            unit="1",
-            low=0.1,
-            high=10.0,
-            start=1.0,
-            sentence="Reflectance of the second surface over that of the first.",
-        ),
+        Parameter("reflectance", "1", 0.1, 10.0, 1.0, "Reflectance of the second surface over that of the first."),
         Parameter(
             "falloff",
-            unit="1",
-            low=0.0,
-            high=4.0,
-            start=2.0,
-            sentence="Power of the ratio of ranges by which the second surface is dimmer; 2 by the inverse square.",
+            "1",
+            0.0,
+            4.0,
+            2.0,
+            "Power of the ratio of ranges by which the second surface is dimmer; 2 by the inverse square.",
         ),
         Parameter("nearest", "m", 0.05, 20.0, 0.05, "Range from which on surfaces are covered."),
         Parameter("farthest", "m", 0.1, 100.0, 100.0, "Range up to which surfaces are covered."),
@@ -113,15 +113,18 @@ class SecondSurface(Effect):
 
     def in_scene(self, values: Values) -> bool:
         """One translucent thing is; a pane before the sensor is not."""
-        return bool(values["one"])
+        return bool(values["one"] or values["pane"])
 
     def light(self, values: Values, rendering: Rendering) -> Light:
-        """Of one thing, in part once more from farther away or nearer."""
+        """Of one thing, or of part of a surface, in part once more from farther away or nearer."""
         light, spacing = rendering.light, values["spacing"]
-        if not values["one"]:
+        if not (values["one"] or values["pane"]):
             return light
         direct, *others = light.returns
-        lost = values["one"] * direct.strength * (numbers(values, light) == round(values["surface"]))
+        part = values["one"] * (numbers(values, light) == round(values["surface"])) if values["one"] else 0.0
+        if values["pane"]:
+            part = np.minimum(part + values["pane"] * in_ball(values, "pane", light), 1)
+        lost = part * direct.strength
         ranges = np.where(lost > 0, direct.range_m, 1)
         strength = lost * values["reflectance"] * _spread(ranges, spacing, values["falloff"])
         second = Return(np.maximum(ranges + spacing, 0).astype(np.float32), strength.astype(np.float32))
@@ -154,7 +157,7 @@ class SecondSurface(Effect):
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """A thing is where its light is."""
-        if max(values["one"], values["covered"]) > WHOLE:
+        if max(values["one"], values["covered"], values["pane"]) > WHOLE:
             return "all light of a thing comes from elsewhere, so that it is not where depth has it"
         return None
 
@@ -175,7 +178,8 @@ class SecondSurface(Effect):
                     found.append(start("covered", two.spacing_m, falloff=falloff, **ends))
         alone = surface_replicas(excess, expected, rendering)
         found += [start("one", there.spacing_m, **there.surface) for there in alone]
-        return found
+        pane = likely_pane(excess, expected, rendering, list(dict.fromkeys(one["spacing"] for one in found))[:PANES])
+        return found if pane is None else [*found, start("pane", pane[0], **pane[1])]
 
 
 def _within(values: Values, range_m: np.ndarray) -> np.ndarray:

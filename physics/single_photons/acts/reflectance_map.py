@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import expit
 
 from physics.effect import Values
 from physics.single_photons.surfaces import surface_numbers
-from physics.single_photons.where_from import start_from_camera
+from physics.single_photons.where_from import at_the_start, in_a_ball
 from physics.single_photons.world import World
 
 
@@ -40,23 +39,14 @@ def _of_space(values: Values, world: World) -> np.ndarray | float:
     spelled = {name: name.removeprefix("space_") for name in values if name.startswith("space_") and values[name]}
     if not spelled:
         return 0.0
-    along = dict(zip("xyz", np.moveaxis(_at_the_start(world) - [0, 0, 0.5], -1, 0), strict=True))
+    from_middle = at_the_start(world, "reflectance_map in space") - [0, 0, 0.5]
+    along = dict(zip("xyz", np.moveaxis(from_middle, -1, 0), strict=True))
     return sum(values[name] * np.prod([along[c] for c in text], axis=0) for name, text in spelled.items())
 
 
-def _at_the_start(world: World) -> np.ndarray:
-    """(H, W, 3) points where the first frame's camera has them."""
-    points = np.where(np.isfinite(world.points), world.points, 0.0)
-    start = start_from_camera(world, "reflectance_map in space")
-    return points @ start[:3, :3].T + start[:3, 3]
-
-
 def _of_a_mark(values: Values, world: World) -> np.ndarray | float:
-    """A ball in space with a rim a tenth of its radius wide, on which the logarithm falls by half."""
-    if not values["mark"]:
-        return 1.0
-    away = np.linalg.norm(_at_the_start(world) - [values[f"mark_{axis}"] for axis in "xyz"], axis=-1)
-    return np.exp(values["mark"] * expit(10 * (1 - away / values["mark_size"])))
+    """A ball in space on which the logarithm falls by half."""
+    return np.exp(values["mark"] * in_a_ball(world, values, "mark")) if values["mark"] else 1.0
 
 
 def _of_view(values: Values, x: np.ndarray, y: np.ndarray) -> np.ndarray:

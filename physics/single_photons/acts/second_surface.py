@@ -8,6 +8,7 @@ from scipy.constants import speed_of_light
 from physics.effect import Values
 from physics.single_photons.draw import by_zone, returned, way_m
 from physics.single_photons.surfaces import surface_numbers
+from physics.single_photons.where_from import in_a_ball
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
 # A sheet fades as it comes nearer than this, or than half the range of what is behind it; metres.
@@ -51,6 +52,8 @@ def _lost(values: Values, world: World, zone: np.ndarray, range_m: np.ndarray, p
     part = by_zone(world, values["passed"])[zone] + values["covered"] * far_enough * near_enough
     if values["one"]:
         part = part + values["one"] * (surface_numbers(world, values).ravel()[pixel] == round(values["surface"]))
+    if values["pane"]:
+        part = part + values["pane"] * in_a_ball(world, values, "pane").ravel()[pixel]
     return np.minimum(part, 1)
 
 

@@ -226,6 +226,7 @@ STRENGTHS = {
         {"covered": 0.4, "spacing": -0.15, "nearest": 0.6, "reflectance": 0.5, "falloff": 0},
         {"one": 0.6, "spacing": 0.3, "reflectance": 0.7},
         {"one": 0.4, "spacing": -0.2},
+        {"pane": 0.5, "spacing": 0.3, "pane_x": 0.05, "pane_y": -0.03, "pane_z": 0.8, "pane_size": 0.3},
     ],
     "stray_light": [
         {"share": 0.1},
@@ -294,7 +295,7 @@ EVERY = [
 
 
 # What stays where it is while the camera moves.
-STANDS = ("still", "mark", "space_x")
+STANDS = ("still", "mark", "pane", "space_x")
 # Nearer, turned, and aside.
 POSES = np.tile(np.eye(4), (3, 1, 1))
 POSES[1, :3, :3] = Rotation.from_euler("zyx", [4, -6, 3], degrees=True).as_matrix()

@@ -1,0 +1,52 @@
+"""A pane set in a surface is found where it is, by what it takes away and what comes from behind it."""
+
+import numpy as np
+import pytest
+
+from physics.effects import find_effect
+from physics.light import direct_light
+from physics.nominal import ForwardModel
+from physics.panes import likely_pane
+from physics.rendering import Rendering
+
+
+@pytest.fixture
+def approached(small):
+    """A wall that draws near, through noise, and what it looks like: expected counts and a rendering."""
+    rows, columns = small.light.range_m.shape[1:]
+    depth = np.linspace(1.2, 0.6, 3)[:, None, None] * np.ones((3, rows, columns))
+    light = direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)
+    model = ForwardModel(light, small.footprints, small.clock, 4.0)
+    return model, Rendering(light, small.footprints, small.clock, 1e4, background=np.full((1, 1), 4.0))
+
+
+@pytest.mark.parametrize("spacing", [0.4, -0.3])
+def test_it_is_found_where_it_is(approached, spacing):
+    model, rendering = approached
+    middle = rendering.light.rays[2, 2] * 1.2
+    values = {f"pane_{a}": float(v) for a, v in zip("xyz", middle, strict=True)} | {"pane_size": 0.2}
+    nominal = model.expected(1e4)
+    setting = find_effect("second_surface").at(pane=0.5, spacing=spacing, **values)
+    excess = model.expected(1e4, [setting]) - nominal
+    far, place = likely_pane(excess, nominal, rendering, [0.8, spacing, -0.9])
+    assert far == spacing
+    assert np.linalg.norm([place[f"pane_{a}"] - values[f"pane_{a}"] for a in "xyz"]) < 0.25
+    # Its values are the effect's.
+    find_effect("second_surface").at(pane=0.1, **place)
+
+
+def test_nothing_is_found_in_nothing(approached):
+    model, rendering = approached
+    nominal = model.expected(1e4)
+    with np.errstate(all="raise"):
+        assert likely_pane(0 * nominal, nominal, rendering, [0.3]) is None
+        assert likely_pane(nominal, nominal, rendering, []) is None
+
+
+def test_one_nearer_than_all_is_all_of_the_surface(small):
+    """A ball that holds everything is the same as a pane before every zone."""
+    model, effect = ForwardModel(small.light, small.footprints, small.clock), find_effect("second_surface")
+    whole = effect.at(pane=0.3, spacing=0.2, pane_z=0.0, pane_size=5.0)
+    everywhere = model.expected(1e3, [effect.at(passed=0.3, spacing=0.2)])
+    # A replica of arrivals and one of surfaces differ by a step of the lattice.
+    np.testing.assert_allclose(model.expected(1e3, [whole]), everywhere, atol=0.02 * everywhere.max())
