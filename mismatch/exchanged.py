@@ -5,14 +5,23 @@ from dataclasses import replace
 import numpy as np
 
 from mismatch.absorbed import absorbed
-from mismatch.candidates import candidate, candidates_of
+from mismatch.candidates import Candidate, candidate, candidates_of
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.ranking import ranked
 from mismatch.refined import enriched
 from mismatch.rivals import evidence
-from mismatch.selection import MOST_EFFECTS, Round, coordinates, most_promising, onward, others_than, without
+from mismatch.selection import (
+    MOST_EFFECTS,
+    Round,
+    coordinates,
+    most_promising,
+    onward,
+    others_than,
+    to_be_gained,
+    without,
+)
 from mismatch.simulation import Simulation
 
 # Part of what an effect gains beside the others that another must promise to be fitted in its place.
@@ -59,6 +68,9 @@ def _one_exchanged(
             rounds = _beside_all(train, test, rounds, form, other)
             continue
         stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect is not form.effect]
+        # What was exchanged is among those that may stand in the place of what it was exchanged for.
+        was = [_chosen_last(train, test, found, one, other.before, form) for one in rounds if one not in stay]
+        other = replace(other, candidates=(*other.candidates, *(one for one in was if one is not None)))
         return onward(train, test, forms, [*stay, other], other.chosen.fit), True
     return rounds, False
 
@@ -93,17 +105,24 @@ def _likelier(train: Simulation, test: Simulation, one: Fit, other: Fit) -> bool
 def _beside_all(train: Simulation, test: Simulation, rounds: list[Round], form: Form, other: Round) -> list[Round]:
     """With the round in which others were tried in the place of an effect for that which chose it before the rest."""
     found = rounds[-1].before
+
+    def anew(one: Round) -> Round:
+        chosen = _chosen_last(train, test, found, one, other.before, form)
+        return one if chosen is None else replace(other, candidates=(chosen, *other.candidates), chosen=chosen)
+
+    return [anew(one) for one in rounds]
+
+
+def _chosen_last(
+    train: Simulation, test: Simulation, found: Fit, one: Round, before: Fit, form: Form
+) -> Candidate | None:
+    """An effect of a fit as if chosen after all others, which are in `before`; None if this round did not choose it."""
+    if one.chosen is None or one.chosen.form.effect is not form.effect:
+        return None
     order = (*(each for each in found.forms if each is not form), form)
     x = np.concatenate([found.x[:1], *(coordinates(found, each) for each in order)])
     here = fit(train, order, x, found.frame_gain_sigma, most_steps=0)
-
-    def anew(one: Round) -> Round:
-        if one.chosen is None or one.chosen.form.effect is not form.effect:
-            return one
-        chosen = candidate(train, test, other.before, replace(one.chosen.score, form=form), here)
-        return replace(other, candidates=(chosen, *other.candidates), chosen=chosen)
-
-    return [anew(one) for one in rounds]
+    return candidate(train, test, before, replace(one.chosen.score, form=form), here)
 
 
 def _in_place_of(
@@ -119,7 +138,7 @@ def _in_place_of(
     promising = [s for s in scores if s.gain > least and s.log_p < np.log(SIGNIFICANT / tried)]
     if not promising:
         return None
-    chosen = most_promising(promising, less.deviance)
+    chosen = most_promising(promising, to_be_gained(less))
     if itself:
         # What its forms promise where they begin tells them from others, and hardly from each other.
         chosen = list({(s.form.free, s.form.own): s for s in reversed(promising)}.values())

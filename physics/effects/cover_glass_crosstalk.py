@@ -72,11 +72,11 @@ class CoverGlassCrosstalk(Effect):
             axis="zone",
             sentence="Counts per frame, where nobody knows how many laser shots there are in one.",
         ),
-        # Millimetres of way inside the package; time zero itself is known to a part of a bin.
+        # Millimetres of way inside the package; time zero itself is known to about a bin.
         Parameter(
             "delay",
             unit="s",
-            low=-2e-10,
+            low=-1e-9,
             high=1e-9,
             start=2e-10,
             sentence="Arrival after that of a target at range 0.",
@@ -89,7 +89,7 @@ class CoverGlassCrosstalk(Effect):
             0.0,
             "1 where it arrives at one time by the clock, whatever each zone's time zero.",
         ),
-        Parameter("longer", "s", 0.0, 5e-10, 0.0, "Standard deviation of the time that its ways take.", tries=(1e-10,)),
+        Parameter("longer", "s", 0.0, 1e-9, 0.0, "Standard deviation of the time that its ways take.", tries=(1e-10,)),
         Parameter("trail", "s", 0.0, 2e-9, 0.0, "Time constant of what comes later, exponentially.", tries=(2e-10,)),
         Parameter("growth", "1/s", -1.0, 1e3, 0.0, "Part by which it is more after a second, as the glass gets dirty."),
     )

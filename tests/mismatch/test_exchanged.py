@@ -43,10 +43,15 @@ def parts(rig, simulated):
 @pytest.mark.parametrize("first", ["range_walk", "time_zero_offset"])
 def test_what_came_first_gives_way_to_what_is_likelier_beside_the_last(parts, first):
     train, test = parts
-    rounds = beginning(train, first, "zone_gain")
+    rounds = [replace(one, chosen=scored(one.chosen)) for one in beginning(train, first, "zone_gain")]
     found = exchanged(train, test, FORMS, rounds)
     assert {form.effect.id for form in found[-1].before.forms} == {"time_zero_offset", "zone_gain"}
     assert (found is rounds) == (first == "time_zero_offset")
+    if found is not rounds:
+        # It may stand in the place of what it gave way to.
+        (came,) = [one for one in found if one.chosen is not None and one.chosen.form.effect.id == "time_zero_offset"]
+        (was,) = [c for c in came.candidates if c.form.effect.id == first]
+        assert [form.effect.id for form in was.fit.forms] == ["zone_gain", first]
 
 
 def test_one_effect_is_beside_no_other(parts):

@@ -8,9 +8,10 @@ import pytest
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
+from mismatch.poisson import deviance
 from mismatch.refined import enriched
 from mismatch.rivals import rivals
-from mismatch.selection import _leaving, most_promising, others_than, select
+from mismatch.selection import _leaving, most_promising, others_than, select, to_be_gained
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -21,6 +22,23 @@ def test_effects_that_were_found_are_not_tried_again():
     found = SimpleNamespace(forms=tuple(f for f in forms if f.effect.id in ("interference", "pile_up"))[:2])
     left = {form.effect.id for form in others_than(found, forms)}
     assert {form.effect.id for form in forms} - left == {form.effect.id for form in found.forms}
+
+
+@pytest.mark.parametrize("level", [0.003, 0.3, 30.0])
+def test_noise_leaves_little_to_be_gained_and_a_misfit_what_it_makes(level):
+    """Counts drawn around what is expected, few or many; and around other ones, whose divergence is to be gained."""
+    rng = np.random.default_rng(4)
+    mean = np.full((40, 9, 60), level)
+    truth = mean * np.where(np.arange(60) < 30, 1.5, 1.0)
+
+    def fitted(counts):
+        return SimpleNamespace(expected=mean, deviance=float(deviance(counts, mean).sum()))
+
+    scatter = np.sqrt(np.var([fitted(rng.poisson(mean)).deviance for _ in range(30)]))
+    assert 0 < to_be_gained(fitted(rng.poisson(mean))) < 8 * scatter
+    due = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
+    # Where few are expected noise itself makes more than it would, were the fit right.
+    assert due - 2 * scatter < to_be_gained(fitted(rng.poisson(truth))) < 5 * due
 
 
 def test_rivals_are_looked_for_although_the_form_grew_richer(drawn):
