@@ -7,6 +7,7 @@ from scipy.constants import speed_of_light
 from scipy.fft import irfft, next_fast_len, rfft
 
 from physics.arrivals import arrivals
+from physics.clock import EARLY_BINS, Clock
 from physics.light import Light, Return
 from physics.pulse import longer
 from physics.rendering import Rendering
@@ -18,9 +19,14 @@ FARTHEST_M = 40.0
 APART_BINS = 3
 
 
-def seen_beyond(light: Light, period_s: float) -> list[Return]:
-    """What surfaces in view beyond the period, seconds, send back; none where there are none."""
-    far = light.range_m > speed_of_light / 2 * period_s
+def seen_beyond(light: Light, clock: Clock, period_s: float) -> list[Return]:
+    """What surfaces in view send back that is registered a period, seconds, or more after its shot; none where none is.
+
+    The laser fires again a period after it did, and what comes then is counted from the start of bin 0 anew, be it
+    before time zero.
+    """
+    first_s = period_s - float(np.max(clock.time_zero_s)) - EARLY_BINS * clock.bin_width_s
+    far = light.range_m > speed_of_light / 2 * first_s
     if not far.any():
         return []
     return [replace(way, strength=np.where(far, way.strength, 0)) for way in light.returns]
@@ -34,7 +40,7 @@ def one_period_early(rendering: Rendering, returns: list[Return], period_s: floa
     if not returns:
         return None
     clock, period_m = rendering.clock, np.float32(speed_of_light / 2 * period_s)
-    ways = tuple(replace(way, range_m=np.maximum(way.range_m - period_m, 0)) for way in returns)
+    ways = tuple(replace(way, range_m=way.range_m - period_m) for way in returns)
     smeared = replace(clock, pulse=longer(clock.pulse, smear_s))
     return rendering.gain * arrivals(replace(rendering.light, returns=ways), rendering.footprints, smeared).binned()
 

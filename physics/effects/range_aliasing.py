@@ -189,7 +189,7 @@ class RangeAliasing(Effect):
 
 def _beyond(values: Values, rendering: Rendering) -> list[Return]:
     """What is seen beyond the period."""
-    return seen_beyond(rendering.light, values["period"])
+    return seen_beyond(rendering.light, rendering.clock, values["period"])
 
 
 def _way_m(rendering: Rendering) -> np.ndarray:

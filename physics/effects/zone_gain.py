@@ -11,8 +11,9 @@ from physics.rendering import Rendering
 
 class ZoneGain(Effect):
     """All laser light that a zone receives is counted with one factor, whatever way it came: `factor` of each, and
-    exp(one) in zone number `zone` alone. Over the grid of zones a lens that shades, or a chip that is warmer at one
-    end, makes it exp(across · c + down · r), with c and r from -1 in the first column and row to 1 in the last;
+    exp(one) in zone number `zone` alone. Over the grid of zones a chip that is warmer at one end, and a lens that
+    shades, make it exp(across · c + down · r + bow · (c² + r²) / 2), with c and r from -1 in the first column and row
+    to 1 in the last;
     converters that take turns make it exp(alternate) in every other zone and the inverse in those between. What became
     less sensitive since the background was recorded counts that with the same factor, to the power of `ambient`.
     """
@@ -31,7 +32,14 @@ class ZoneGain(Effect):
         ),
         LookAlike("gain_drift", "Repeat the first capture at the end: a gain is as it was, a drift is not."),
     )
-    forms = (("factor",), ("factor", "ambient"), ("one",), ("across", "down"), ("alternate",))
+    forms = (
+        ("factor",),
+        ("factor", "ambient"),
+        ("one",),
+        ("across", "down"),
+        ("across", "down", "bow"),
+        ("alternate",),
+    )
     # A factor that all zones have is the gain, or the recorded background's.
     uneven = forms[:2]
     parameters = (
@@ -49,6 +57,7 @@ class ZoneGain(Effect):
         Parameter("zone", "1", 0.0, 1e4, 0.0, "Number of that zone, from 0."),
         Parameter("across", "1", -3.0, 3.0, 0.1, "Logarithm by which the last column is above the middle.", 0.0),
         Parameter("down", "1", -3.0, 3.0, 0.1, "Logarithm by which the last row is above the middle.", 0.0),
+        Parameter("bow", "1", -3.0, 3.0, -0.1, "Logarithm by which the corners are above the middle.", 0.0),
         Parameter("alternate", "1", -3.0, 3.0, 0.1, "Logarithm of the factor of every other zone.", 0.0),
         Parameter("ambient", "1", 0.0, 1.0, 0.0, "1 where all light counts so, 0 where the laser's.", tries=(1.0,)),
     )
@@ -78,7 +87,8 @@ def _factors(values: Values, rendering: Rendering) -> np.ndarray:
     factors = np.broadcast_to(values["factor"], row.shape).astype(float)
     factors[np.arange(len(row)) == round(values["zone"])] *= np.exp(values["one"])
     rows, columns = (max(n - 1, 1) for n in rendering.footprints.zone_grid)
-    sloped = values["across"] * (2 * column / columns - 1) + values["down"] * (2 * row / rows - 1)
+    c, r = 2 * column / columns - 1, 2 * row / rows - 1
+    sloped = values["across"] * c + values["down"] * r + values["bow"] * (c**2 + r**2) / 2
     return factors * np.exp(sloped + values["alternate"] * (1 - 2 * ((row + column) % 2)))
 
 

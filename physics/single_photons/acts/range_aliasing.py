@@ -25,8 +25,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
     period_s = values["period"]
-    beyond = world.range_m > speed_of_light / 2 * period_s
-    seen = returned(replace(world, gloss=world.gloss * np.where(beyond, values["folded"], 0)), rng)
+    seen = returned(replace(world, gloss=world.gloss * values["folded"]), rng)
     seen = seen.and_also(returned(_wall(world, values), rng))
     smeared_s = values["smear"] * rng.standard_normal(len(seen))
     seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)

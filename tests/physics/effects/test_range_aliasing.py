@@ -127,10 +127,10 @@ def deep(small):
     return light, ForwardModel(light, small.footprints, small.clock, 4.0)
 
 
-def test_what_is_seen_beyond_the_period_comes_one_period_early(deep, small):
-    """Against a wall that much nearer, dimmer by the square of the ranges, pixel by pixel."""
+@pytest.mark.parametrize("period", [57e-9, 60.4e-9])
+def test_what_is_seen_beyond_the_period_comes_one_period_early(deep, small, period):
+    """Against a wall that much nearer, dimmer by the square of the ranges, pixel by pixel; or before time zero."""
     light, model = deep
-    period = 57e-9
     found = model.expected(1e6, [effect.at(counts=0, folded=0.7, period=period)]) - model.expected(1e6)
     (way,) = light.returns
     far = way.range_m > 2

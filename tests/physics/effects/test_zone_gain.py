@@ -1,8 +1,10 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from physics.effects.cover_glass_crosstalk import effect as crosstalk
-from physics.effects.zone_gain import effect
+from physics.effects.zone_gain import _factors, effect
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 
@@ -48,6 +50,14 @@ def test_over_the_grid_of_zones(small, values, logarithms):
     model = ForwardModel(small.light, small.footprints, small.clock, 7.0)
     sloped = model.expected(50.0, [effect.at(**values)])
     np.testing.assert_allclose(sloped, model.expected(50.0, [effect.at(factor=np.exp(logarithms))]), rtol=1e-12)
+
+
+def test_a_lens_that_shades_makes_the_corners_dim():
+    """Three rows of five zones; half way out in either direction it is an eighth, as the square goes."""
+    grid = Rendering(None, SimpleNamespace(zone_grid=(3, 5)), None, 1.0)
+    found = np.log(_factors(effect.at(bow=-0.4).values, grid)).reshape(3, 5)
+    np.testing.assert_allclose(found[1], [-0.2, -0.05, 0, -0.05, -0.2], atol=1e-12)
+    np.testing.assert_allclose(found[[0, 2]], found[[1, 1]] - 0.2, atol=1e-12)
 
 
 def test_it_suggests_the_zone(small):

@@ -266,6 +266,7 @@ STRENGTHS = {
         {"one": -0.4, "zone": 2},
         {"one": 0.3, "zone": 1},
         {"across": 0.3, "down": -0.2},
+        {"across": 0.1, "down": -0.1, "bow": -0.4},
         {"alternate": -0.25},
         {"factor": [0.7, 1.3, 1, 0], "ambient": 1},
         {"across": 0.3, "ambient": 0.6},
