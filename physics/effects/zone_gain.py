@@ -12,8 +12,8 @@ from physics.rendering import Rendering
 class ZoneGain(Effect):
     """All laser light that a zone receives is counted with one factor, whatever way it came: `factor` of each, and
     exp(one) in zone number `zone` alone. Over the grid of zones a chip that is warmer at one end, and a lens that
-    shades, make it exp(across · c + down · r + bow · (c² + r²) / 2), with c and r from -1 in the first column and row
-    to 1 in the last;
+    shades, make it exp(across · c + down · r + bow · d²), with c and r from -1 in the first column and row to 1 in the
+    last, and d the distance from the middle in a grid of squares, 1 in the corners;
     converters that take turns make it exp(alternate) in every other zone and the inverse in those between. What became
     less sensitive since the background was recorded counts that with the same factor, to the power of `ambient`.
     """
@@ -88,7 +88,9 @@ def _factors(values: Values, rendering: Rendering) -> np.ndarray:
     factors[np.arange(len(row)) == round(values["zone"])] *= np.exp(values["one"])
     rows, columns = (max(n - 1, 1) for n in rendering.footprints.zone_grid)
     c, r = 2 * column / columns - 1, 2 * row / rows - 1
-    sloped = values["across"] * c + values["down"] * r + values["bow"] * (c**2 + r**2) / 2
+    square = (column - column.max() / 2) ** 2 + (row - row.max() / 2) ** 2
+    square = square / max(float(square.max()), 1.0)
+    sloped = values["across"] * c + values["down"] * r + values["bow"] * square
     return factors * np.exp(sloped + values["alternate"] * (1 - 2 * ((row + column) % 2)))
 
 

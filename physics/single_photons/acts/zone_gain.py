@@ -32,8 +32,8 @@ def _factors(world: World, values: Values) -> np.ndarray:
     grid = factors.reshape(world.zone_grid)
     row, column = (np.linspace(-1, 1, n) if n > 1 else np.array([-1.0]) for n in grid.shape)
     grid *= np.exp(values["down"] * row)[:, None] * np.exp(values["across"] * column)
-    # The square of the distance from the middle of the chip, of which the corners have 2.
-    grid *= np.exp(values["bow"] / 2 * (row[:, None] ** 2 + column**2))
+    away = np.hypot(*np.meshgrid(*(np.arange(n) - (n - 1) / 2 for n in grid.shape), indexing="ij"))
+    grid *= np.exp(values["bow"] * (away / max(away.max(), 1e-9)) ** 2)
     grid[::2, ::2] *= np.exp(values["alternate"])
     grid[1::2, 1::2] *= np.exp(values["alternate"])
     grid[::2, 1::2] /= np.exp(values["alternate"])

@@ -53,11 +53,11 @@ def test_over_the_grid_of_zones(small, values, logarithms):
 
 
 def test_a_lens_that_shades_makes_the_corners_dim():
-    """Three rows of five zones; half way out in either direction it is an eighth, as the square goes."""
+    """Three rows of five zones: the corners are √5 zones from the middle, others 1, √2, 2."""
     grid = Rendering(None, SimpleNamespace(zone_grid=(3, 5)), None, 1.0)
-    found = np.log(_factors(effect.at(bow=-0.4).values, grid)).reshape(3, 5)
-    np.testing.assert_allclose(found[1], [-0.2, -0.05, 0, -0.05, -0.2], atol=1e-12)
-    np.testing.assert_allclose(found[[0, 2]], found[[1, 1]] - 0.2, atol=1e-12)
+    found = np.log(_factors(effect.at(bow=-0.5).values, grid)).reshape(3, 5)
+    np.testing.assert_allclose(found[1], [-0.4, -0.1, 0, -0.1, -0.4], atol=1e-12)
+    np.testing.assert_allclose(found[[0, 2]], [[-0.5, -0.2, -0.1, -0.2, -0.5]] * 2, atol=1e-12)
 
 
 def test_it_suggests_the_zone(small):
