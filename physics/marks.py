@@ -38,13 +38,13 @@ def within(light: Light, x: float, y: float, z: float, size: float) -> np.ndarra
 
     x, y, z, size: metres, in the camera's frame when the session began.
     """
-    square = sum((along - at) ** 2 for along, at in zip(_places(light), (x, y, z), strict=True))
+    square = sum((along - at) ** 2 for along, at in zip(places_kept(light), (x, y, z), strict=True))
     return 1 / (1 + np.exp(np.clip((np.sqrt(square) / size - 1) / RIM, -60, 60)))
 
 
 # Kept for the lights that were asked for last, as a fit moves a mark many times.
 @lru_cache(maxsize=3)
-def _places(light: Light) -> list[np.ndarray]:
+def places_kept(light: Light) -> list[np.ndarray]:
     """See `places`."""
     return places(light)
 
@@ -58,7 +58,7 @@ def looked_at(light: Light) -> tuple:
 def balls(light: Light) -> Iterator[tuple[dict[str, float], np.ndarray]]:
     """Balls spread over what was seen: "x", "y", "z", "size" in metres, and which of the pixels `looked_at` are in."""
     some = looked_at(light)
-    points, seen = [along[some] for along in _places(light)], np.nan_to_num(light.returns[0].strength[some]) > 0
+    points, seen = [along[some] for along in places_kept(light)], np.nan_to_num(light.returns[0].strength[some]) > 0
     if not seen.any():
         return
     middle = float(np.median(np.nan_to_num(light.range_m[some])[seen]))

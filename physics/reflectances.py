@@ -5,7 +5,8 @@ from scipy.special import expit
 
 from physics.effect import Values
 from physics.light import Light
-from physics.marks import within
+from physics.marks import in_ball
+from physics.space_waves import wave
 from physics.texture import PRODUCTS, texture
 from physics.told_apart import numbers
 
@@ -40,7 +41,9 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
         x, y = light.rays[..., 0] - values["spot_x"], light.rays[..., 1] - values["spot_y"]
         found = values["spot"] * np.exp(-(x**2 + y**2) / (2 * values["spot_size"] ** 2))
     if values["mark"] != 0:
-        found = found + values["mark"] * within(light, *(values[f"mark_{of}"] for of in ("x", "y", "z", "size")))
+        found = found + values["mark"] * in_ball(values, "mark", light)
+    if values["wave_sin"] != 0 or values["wave_cos"] != 0:
+        found = found + wave(values, light)
     if any(values[name] != 0 for name in PRODUCTS):
         found = found + texture(values, light)
     if values["contrast"] != 0 or values["step"] != 0:

@@ -9,6 +9,7 @@ from physics.light import Light
 from physics.marks import likely_marks, place_parameters
 from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
+from physics.space_waves import NAMES, WAVE, likely_waves
 from physics.texture import COARSE, PRODUCTS, SPACE, VIEW, passing
 from physics.told_apart import BOTH, REFLECTANCE, WHICH, surfaces_alone
 
@@ -22,7 +23,7 @@ PASSING = 0.03
 
 class ReflectanceMap(Effect):
     """Reflectance ρ becomes ρ · (ρ/½)^contrast · exp(step·s(ln(level/ρ)/0.1) + near·s(ln(near_range/r)/0.02)
-    + spot·exp(-d²/2·size²) + mark·(in it) + texture + one at surface number `surface` + surface_k at number k).
+    + spot·exp(-d²/2·size²) + mark·(in it) + wave + texture + one at surface number `surface` + surface_k at number k).
 
     s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
     a polynomial of these tangents, slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y + bend_xxx·x³ + ..., and
@@ -31,7 +32,8 @@ class ReflectanceMap(Effect):
     from one place, or in space, as that of walls one moves along.
     Contrast stands for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and
     bright in the near infrared (or the reverse), the near step for an object before a wall, the spot for what the field
-    of view itself carries, the mark for ink or tape on a surface, which stays there (`marks`). Nothing is cut at 1:
+    of view itself carries, the mark for ink or tape on a surface, which stays there (`marks`), the wave for a finish
+    that goes to and fro, as wallpaper and wood do (`space_waves`). Nothing is cut at 1:
     reflectance is known up to the gain, and a surface that sends light back to where it came from outshines a white
     matt one. Surfaces are told apart and followed through the frames by their geometry (`segments`), or told by the
     reflectance assumed of them (`materials`), and numbered by their pixels in all frames, the largest first: an object
@@ -57,6 +59,7 @@ class ReflectanceMap(Effect):
         ("near", "near_range"),
         ("spot", "spot_x", "spot_y", "spot_size"),
         ("mark", "mark_x", "mark_y", "mark_z", "mark_size"),
+        ("wave_sin", "wave_cos", *NAMES),
         tuple(COARSE),
         tuple(VIEW),
         tuple(SPACE)[:3],
@@ -82,6 +85,7 @@ class ReflectanceMap(Effect):
         Parameter("spot_size", "1", 0.01, 3.0, 0.2, "Standard deviation of the spot, as a tangent.", tries=(0.15,)),
         Parameter("mark", "1", -5.0, 5.0, -0.3, "Logarithm of the factor on a mark that stays on its surface.", 0.0),
         *place_parameters("mark"),
+        *WAVE,
         *(
             Parameter(name, unit, -most, most, most / 200, f"Log-factor per {product} of the texture.", vanishes_at=0.0)
             for name, product in PRODUCTS.items()
@@ -134,7 +138,9 @@ class ReflectanceMap(Effect):
         near = self.parameter("near").start
         gap = [at for at in gaps(rendering.light, GAPS) if ends[0] < at < ends[1]]
         marks = [{"mark": self.parameter("mark").start} | at for at in likely_marks(excess, expected, rendering)]
-        return [*alone, *({"near": near, "near_range": at} for at in gap), *marks]
+        strengths = {name: self.parameter(name).start for name in ("wave_sin", "wave_cos")}
+        waves = [strengths | at for at in likely_waves(excess, expected, rendering)]
+        return [*alone, *({"near": near, "near_range": at} for at in gap), *marks, *waves]
 
 
 effect = ReflectanceMap()

@@ -27,7 +27,16 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     off = np.hypot(x / z - values["spot_x"], y / z - values["spot_y"]) / values["spot_size"]
     spot = np.exp(values["spot"] * np.exp(-0.5 * off**2))
     texture = np.exp(_of_view(values, x / z, y / z) + _of_space(values, world))
-    factor = power * dark * near * spot * texture * _of_a_mark(values, world) * _of_surfaces(world, values)
+    factor = (
+        power
+        * dark
+        * near
+        * spot
+        * texture
+        * _of_a_mark(values, world)
+        * _of_a_wave(values, world)
+        * _of_surfaces(world, values)
+    )
     return replace(world, reflectance=np.where(shines, told * factor, world.reflectance))
 
 
@@ -47,6 +56,14 @@ def _of_space(values: Values, world: World) -> np.ndarray | float:
 def _of_a_mark(values: Values, world: World) -> np.ndarray | float:
     """A ball in space on which the logarithm falls by half."""
     return np.exp(values["mark"] * in_a_ball(world, values, "mark")) if values["mark"] else 1.0
+
+
+def _of_a_wave(values: Values, world: World) -> np.ndarray | float:
+    """The real part of a complex wave through where the first frame's camera has things."""
+    if not (values["wave_sin"] or values["wave_cos"]):
+        return 1.0
+    phase = at_the_start(world, "reflectance_map with a wave") @ [values[f"wave_{axis}"] for axis in "xyz"]
+    return np.exp(np.real((values["wave_cos"] - 1j * values["wave_sin"]) * np.exp(1j * phase)))
 
 
 def _of_view(values: Values, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -207,6 +207,7 @@ STRENGTHS = {
         {"slope_x": 0.8, "bow_xy": -1, "bend_xxy": 2, "bend_yyyy": -3},
         {"slope_x": 0.3, "space_x": 0.8, "space_zz": -1.5, "space_xy": 4},
         {"mark": -1.5, "mark_x": 0.1, "mark_y": 0.05, "mark_z": 0.6, "mark_size": 0.25},
+        {"wave_sin": 0.6, "wave_cos": -0.3, "wave_x": 9, "wave_y": -14, "wave_z": 5},
     ],
     "scattering_medium": [
         {"extinction": 0.5},
@@ -296,7 +297,7 @@ EVERY = [
 
 
 # What stays where it is while the camera moves.
-STANDS = ("still", "mark", "pane", "space_x")
+STANDS = ("still", "mark", "pane", "wave_sin", "space_x")
 # Nearer, turned, and aside.
 POSES = np.tile(np.eye(4), (3, 1, 1))
 POSES[1, :3, :3] = Rotation.from_euler("zyx", [4, -6, 3], degrees=True).as_matrix()
