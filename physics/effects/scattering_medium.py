@@ -10,7 +10,11 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.intervals import best_interval
 from physics.light import Light, Return
 from physics.rendering import Rendering
+from physics.walk import SHORTEST_S, curve
 
+# Extinctions of swathes, at so many even times and halfway between them.
+HAZE = tuple(f"haze_{k}" for k in range(1, 7))
+HALFWAY = tuple(f"halfway_{k}" for k in range(1, 6))
 # What ends so near to the sensor, metres, is its own window.
 WINDOW_M = 0.05
 # Air into which one zone looks is not this many times as dense as what most look into.
@@ -24,7 +28,8 @@ class ScatteringMedium(Effect):
     Scattering once, to all directions alike, a layer dr returns what a matt surface of ρ·cosθ = ω·α·dr/4 would; near
     the sensor emitter and receiver overlap in part, so that 1/r² becomes 1/(r² + overlap²), and 0 before `blind`. Each
     zone's medium reaches as far as its surfaces; pixels whose range is unknown have none. Zones may look into denser or
-    thinner air. After t seconds the extinction is 1 + growth·t times that at the start, never less than none.
+    thinner air. After t seconds the extinction is 1 + growth·t times that at the start, never less than none. Swathes
+    that drift by add what a natural cubic spline through `haze_1`, ... at even times has, never less than none.
     """
 
     id = "scattering_medium"
@@ -42,7 +47,11 @@ class ScatteringMedium(Effect):
         ("extinction", "albedo", "begin", "thickness"),
         ("extinction", "albedo", "overlap", "blind", "growth"),
         ("extinction", "albedo", "begin", "thickness", "growth"),
+        (*HAZE, "albedo", "overlap", "blind"),
+        (*HAZE, *HALFWAY, "albedo", "overlap", "blind"),
+        (*HAZE, "albedo", "begin", "thickness"),
     )
+    richer = (forms[5],)
     parameters = (
         Parameter(
             "extinction",
@@ -96,26 +105,33 @@ class ScatteringMedium(Effect):
             sentence="How far it reaches from there.",
         ),
         Parameter("growth", "1/s", -1.0, 20.0, 0.0, "Part by which it is denser after a second, or thinner."),
+        *(Parameter(name, "1/m", 0.0, 10.0, 0.03, "Extinction at this time.", vanishes_at=0.0) for name in HAZE),
+        *(
+            Parameter(name, "1/m", -10.0, 10.0, 0.01, "The same halfway to the next, above their mean.", 0.0)
+            for name in HALFWAY
+        ),
+        Parameter("every", "s", SHORTEST_S, 1e5, SHORTEST_S, "From one of these times to the next."),
     )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Extinction of what is there, and the backscatter of each zone's open air."""
         surfaces, ranges = rendering.arrivals, _ranges(rendering)
-        grown = np.maximum(1 + values["growth"] * rendering.light.time_s, 0)
-        alpha = np.atleast_1d(values["extinction"])[:, None] * grown[:, None, None]
+        alpha = _extinction(values, rendering.light.time_s)[..., None]
         passed = np.exp(-2 * alpha * np.clip(ranges - values["begin"], 0, values["thickness"]))
         layers = values["albedo"] * alpha / 4 * _layers(values, rendering, ranges)
         return replace(surfaces, light=passed * (surfaces.light + layers * _open_air(rendering, ranges)))
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A layer that ends at the sensor's own glass is that glass; nor does air differ much from zone to zone."""
-        extinction = np.atleast_1d(values["extinction"])
+        extinction = np.atleast_1d(values["extinction"]) + sum(values[name] for name in HAZE)
         uneven = extinction.max() > UNEVEN * np.median(extinction)
         return bool(uneven or (extinction.any() and values["begin"] + values["thickness"] < WINDOW_M))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The layer whose backscatter explains most of an excess."""
-        clock = rendering.clock
+        """The layer whose backscatter explains most of an excess; and swathes, in as many parts of the session."""
+        clock, session_s = rendering.clock, float(np.ptp(rendering.light.time_s))
+        swathes = [{name: self.parameter(name).start for name in HAZE} | {"every": session_s / (len(HAZE) - 1)}]
+        swathes = swathes if swathes[0]["every"] > SHORTEST_S else []
         ranges = _ranges(rendering)
         everywhere = {p.name: p.start for p in self.parameters}
         air = _layers(everywhere, rendering, ranges) * _open_air(rendering, ranges)
@@ -128,12 +144,25 @@ class ScatteringMedium(Effect):
             float((light**2 * noise).sum()),
         )
         if not evidence:
-            return []
+            return swathes
         late_s = float((clock.pulse.time_s * clock.pulse.probability).sum() + np.mean(clock.time_zero_s))
         begin, end = (speed_of_light / 2 * max(at * clock.bin_width_s - late_s, 0.0) for at in (first, last))
         low, high = self.parameter("begin").low, self.parameter("begin").high
         thickness = max(end - begin, speed_of_light / 2 * clock.bin_width_s)
-        return [{"begin": float(np.clip(begin, low, high)), "thickness": thickness}]
+        layer = {"begin": float(np.clip(begin, low, high)), "thickness": thickness}
+        return [layer, *swathes, *(swathe | layer for swathe in swathes)]
+
+
+def _extinction(values: Values, time_s: np.ndarray) -> np.ndarray:
+    """(F, P or 1) 1/m at the times of frames."""
+    found = np.atleast_1d(values["extinction"]) * np.maximum(1 + values["growth"] * time_s, 0)[:, None]
+    at_times = np.array([values[name] for name in HAZE])
+    heights = np.zeros(2 * len(HAZE) - 1)
+    heights[::2] = at_times
+    heights[1::2] = (at_times[1:] + at_times[:-1]) / 2 + [values[name] for name in HALFWAY]
+    if values["every"] <= SHORTEST_S or not heights.any():
+        return found
+    return found + np.maximum(curve(heights, values["every"] / 2, time_s), 0)[:, None]
 
 
 def _ranges(rendering: Rendering) -> np.ndarray:

@@ -1,9 +1,11 @@
 """`scattering_medium`: photons are lost in the air, and some come back from it."""
 
 from functools import reduce
+from itertools import chain
 
 import numpy as np
 from scipy.constants import speed_of_light
+from scipy.interpolate import make_interp_spline
 
 from physics.effect import Values
 from physics.single_photons.draw import by_zone, delays, many, way_m
@@ -18,9 +20,16 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
 
 
 def _extinction(world: World, values: Values) -> np.ndarray:
-    """(P,) by now."""
+    """(P,) by now; swathes by a spline through all that is halfway, too."""
     at_first = by_zone(world, values["extinction"])
-    return at_first + np.maximum(world.time_s * values["growth"], -1) * at_first
+    now = at_first + np.maximum(world.time_s * values["growth"], -1) * at_first
+    haze = [values[f"haze_{k}"] for k in range(1, 7)]
+    if not any(haze):
+        return now
+    half = [(haze[k] + haze[k + 1]) / 2 + values[f"halfway_{k + 1}"] for k in range(5)]
+    times = np.arange(11) * values["every"] / 2
+    swathe = make_interp_spline(times, [*chain(*zip(haze, half, strict=False)), haze[-1]], bc_type="natural")
+    return now + max(float(swathe(min(world.time_s, times[-1]))), 0.0)
 
 
 def _way_in(values: Values, range_m: np.ndarray) -> np.ndarray:

@@ -84,10 +84,28 @@ def test_it_suggests_where_a_layer_is(small):
     foggy = model.expected(gain, [effect.at(extinction=0.2, begin=0.5, thickness=0.3)])
     excess = np.random.default_rng(1).poisson(foggy) - nominal
     rendering = Rendering(far, small.footprints, small.clock, gain, background=2.0)
-    (start,) = effect.starts(excess, nominal, rendering)
+    start, swathe, both = effect.starts(excess, nominal, rendering)
     assert abs(start["begin"] - 0.5) < 0.1
     assert abs(start["begin"] + start["thickness"] - 0.8) < 0.1
-    assert effect.starts(np.zeros_like(nominal), nominal, rendering) == []
+    assert both == start | swathe
+    assert 5 * swathe["every"] == pytest.approx(np.ptp(far.time_s))
+    assert effect.starts(np.zeros_like(nominal), nominal, rendering) == [swathe]
+
+
+def test_swathes_that_drift_by_are_as_dense_as_it_is_then(small):
+    """Each frame is as if the air were always as it is in it."""
+    every = float(small.light.time_s[2]) / 2
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    swathes = model.expected(1e3, [effect.at(haze_1=0.1, haze_2=0.9, haze_3=0.3, every=every)])
+    for frame, density in enumerate((0.1, 0.9, 0.3)):
+        # Times of frames are even to within their irregularity.
+        at = float(small.light.time_s[frame]) / every
+        if abs(at - round(at)) < 1e-6:
+            always = model.expected(1e3, [effect.at(extinction=density)])
+            np.testing.assert_allclose(swathes[frame], always[frame], rtol=1e-9)
+    np.testing.assert_array_equal(
+        model.expected(1e3, [effect.at(haze_1=0.5)]), model.expected(1e3)
+    )  # Nobody says how long a session is.
 
 
 @pytest.mark.parametrize(("begin", "thickness", "glass"), [(0.0, 0.02, True), (0.03, 0.1, False), (0.0, 100.0, False)])
