@@ -13,6 +13,7 @@ from mismatch.noise import Nuisances
 from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
+from mismatch.stuck import stuck
 from mismatch.tables import tables
 from mismatch.windows import worst_window
 
@@ -31,7 +32,8 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     least = GUESSED if guess else SIGNIFICANT
     looked = tables(simulation, fitted)
     mean = Nuisances(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
-    besides = [*checks(simulation, mean), *echoes(simulation, fitted.expected, np.maximum(mean, LEAST))]
+    besides = [*checks(simulation, mean), stuck(simulation, mean)]
+    besides += echoes(simulation, fitted.expected, np.maximum(mean, LEAST))
     window = worst_window(simulation, mean)
     many = len(looked) + len(besides) + 1
     found: list[Place] = []
