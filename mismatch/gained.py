@@ -46,18 +46,20 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
     z = nuisances.product(now, change, test.counts - mean) / np.sqrt(max(variance * information, 1e-12))
     # Were `then` true, the deviance gained would be twice the divergence of `now` from it, less what the frames' gains
     # could make of that.
-    expected = 2 * float((truth * np.log(truth / mean) - truth + mean).sum())
-    expected *= information / max(float((change**2 / mean).sum()), 1e-12)
-    chance = 0.0
+    log = np.log(truth / mean)
+    part = information / max(float((change**2 / mean).sum()), 1e-12)
+    expected = part * 2 * float((truth * log - truth + mean).sum())
+    # Of Poisson counts, each of which gains 2 log: more than 2 √expected where few counts are, that hardly any are due.
+    scatter = 2 * float(np.sqrt(part * (truth * log**2).sum()))
     if any(setting.effect.looks(setting.values) for setting in more.settings):
         # What has looked at these frames stands out by as much as its evidence is worth: the chance that noise makes
         # a likelihood ratio as large as exp(gain/2) is less than its inverse (Markov).
         z = min(z, float(np.sqrt(max(before - after, 0.0))))
-        expected, chance = _if_it_were_true(test, less, more)
+        expected, scatter = _if_it_were_true(test, less, more)
     # Each parameter has fitted noise of other frames, too: it makes the fuller one look farther away by one, and gain
     # one less. Numbers that are drawn are shrunk by as much.
     expected = max(expected - 2.0 * (more.numbers - less.numbers), 0.0)
-    return Gained(before - after, expected, z, max(chance, poisson_scatter(expected)))
+    return Gained(before - after, expected, z, max(scatter, poisson_scatter(expected)))
 
 
 def poisson_scatter(expected: float) -> float:
