@@ -9,6 +9,7 @@ from physics.arrivals import Arrivals
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
+from physics.highest_pulse import highest_turns
 from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
 
@@ -29,7 +30,8 @@ class BinPhase(Effect):
     the pulse is shared by two. Ambient light and what else has no time arrives at all phases alike and stays.
 
     Where that step looks at the pulse of a zone and frame as a whole, all of its light counts
-    1 + whole · cos(2π(t̄/bin_width − phase)) times, t̄ the mean nominal arrival of light that the window can see.
+    1 + whole · cos(2π(t̄/bin_width − phase)) times, t̄ the mean nominal arrival of light that the window can see; or,
+    where it looks at the highest pulse alone, of what of that light is in it (`highest` 1).
 
     A peak of bins or a sawtooth has higher harmonics: with `cos_2` ... `sin_3` of cosine and sine at twice and three
     times the phase on top of each cosine above.
@@ -56,12 +58,14 @@ class BinPhase(Effect):
     forms = (
         ("depth", "phase"),
         ("whole", "phase"),
+        ("whole", "phase", "highest"),
         ("along", "across"),
         ("ringed",),
         ("depth", "phase", *HIGHER),
         ("whole", "phase", *HIGHER),
+        ("whole", "phase", "highest", *HIGHER),
     )
-    richer = forms[-2:]
+    richer = forms[-3:]
     # With one value for all it is `whole` and a phase, which may have harmonics.
     uneven = (("along", "across"),)
     parameters = (
@@ -93,6 +97,9 @@ class BinPhase(Effect):
             start=0.25,
             tries=(0.0, 0.25, 0.5, 0.75),  # One of them is at most an eighth of a turn away.
             sentence="Where in its bin the pulse counts most: 0 at either edge, 0.5 in the middle.",
+        ),
+        Parameter(
+            "highest", "1", 0.0, 1.0, 0.0, "1 where the highest pulse alone tells, 0 where all do.", tries=(1.0,)
         ),
         Parameter(
             "along", "1", -1.0, 1.0, 0.05, "By what part a pulse at either edge of a bin counts more.", 0.0, axis="zone"
@@ -156,6 +163,8 @@ class BinPhase(Effect):
             received = arrivals.light.sum(axis=-1, keepdims=True)
             # Light given to two knots in proportion keeps its mean time.
             mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
+            if values["highest"]:
+                mean = mean + values["highest"] * (highest_turns(arrivals, rendering.clock) - mean)
             own = along * np.cos(2 * np.pi * mean) + across * np.sin(2 * np.pi * mean)
             times = times * np.maximum(1 + whole * _wave(values, mean - values["phase"]) + own, 0)
         return replace(arrivals, light=arrivals.light * np.maximum(times, 0))

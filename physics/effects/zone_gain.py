@@ -89,7 +89,7 @@ def _factors(values: Values, rendering: Rendering) -> np.ndarray:
     rows, columns = (max(n - 1, 1) for n in rendering.footprints.zone_grid)
     c, r = 2 * column / columns - 1, 2 * row / rows - 1
     square = (column - column.max() / 2) ** 2 + (row - row.max() / 2) ** 2
-    square = square / max(float(square.max()), 1.0)
+    square = square / max(float(square.max()), 1e-9)
     sloped = values["across"] * c + values["down"] * r + values["bow"] * square
     return factors * np.exp(sloped + values["alternate"] * (1 - 2 * ((row + column) % 2)))
 

@@ -12,6 +12,8 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 # A step of the pulse is so many pieces, and places in a bin are so many.
 PIECES, PLACES = 50, 200
+# The height of a histogram is that of so many bins to either side.
+PIECE = 1 / 32
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
@@ -33,7 +35,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     turn = (world.time_zero_s[photons.zone] + way_m(photons, world) / speed_of_light) / world.bin_width_s
     wave = np.where(pixel, _shape(values, turn), 0)
     kept = rng.random(len(photons)) * (1 + np.max(values["depth"]) * _highest(values)) < 1 + depth * wave
-    mean = _mean_turns(world)
+    mean = _mean_turns(world, values["highest"])
     own = (_by_zone_alone(values) * np.exp(2j * np.pi * mean)).real[photons.zone]
     swell = np.where(pixel, whole * _shape(values, mean)[photons.zone] + own, 0)
     kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + swell
@@ -80,10 +82,39 @@ def _highest(values: Values) -> float:
     return 1 + sum(abs(values[f"{of}_{k}"]) for of in ("cos", "sin") for k in (2, 3))
 
 
-def _mean_turns(world: World) -> np.ndarray:
-    """(P,) bins from the start of the first to where the middle of a zone's light arrives."""
+def _mean_turns(world: World, highest: float) -> np.ndarray:
+    """(P,) bins from the start of the first to where the middle of a zone's light arrives, or of its highest pulse."""
     sent = world.reflectance * world.gloss * world.cosine / world.range_m**2
     sent = np.where(np.isfinite(sent) & (world.cosine > 0), sent, 0)
-    share = world.weights * sent
-    way = (share * np.nan_to_num(2 * world.range_m)).sum(axis=(1, 2)) / np.maximum(share.sum(axis=(1, 2)), 1e-300)
-    return (world.time_zero_s + way / speed_of_light) / world.bin_width_s
+    share = (world.weights * sent).reshape(world.zones, -1)
+    way = 2 * np.nan_to_num(world.range_m).ravel() / speed_of_light
+    turns = (world.time_zero_s[:, None] + way) / world.bin_width_s
+    return np.array([_middle(*zone, world, highest) for zone in zip(turns, share, strict=True)])
+
+
+def _middle(turns: np.ndarray, share: np.ndarray, world: World, highest: float) -> float:
+    """Mean of a zone's light; or of that within three deviations of a pulse about where most is registered."""
+    every = float(np.average(turns, weights=share)) if share.any() else 0.0
+    if not highest:
+        return every
+    steps = world.pulse_time_s / world.bin_width_s
+    late = float(np.average(steps, weights=world.pulse))
+    edges = np.append(steps, 2 * steps[-1] - steps[-2]) - (steps[1] - steps[0]) / 2
+    until = np.append(0, np.cumsum(world.pulse))
+
+    def registered(at: np.ndarray) -> np.ndarray:
+        # Light in a step about each time: of each pixel its cumulative's difference.
+        return sum(
+            part * (np.interp(at + PIECE - turn, edges, until) - np.interp(at - PIECE - turn, edges, until))
+            for turn, part in zip(turns, share, strict=True)
+            if part > 0
+        )
+
+    times = np.arange(turns.min() + steps[0], turns.max() + steps[-1], PIECE)
+    about = times[np.argmax(registered(times))] + np.linspace(-2 * PIECE, 2 * PIECE, 401)
+    peak = about[np.argmax(registered(about))] - late
+    near = max(3 * np.sqrt(np.average((steps - late) ** 2, weights=world.pulse)), 1.0)
+    # The logistic function: half of it counts at the end, a rim of a twentieth on.
+    within = 1 / (1 + np.exp(np.clip(20 * (np.abs(turns - peak) / near - 1), -60, 60)))
+    there = float(np.average(turns, weights=share * within)) if (share * within).any() else peak
+    return every + highest * (there - every)
