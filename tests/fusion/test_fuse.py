@@ -77,6 +77,7 @@ def test_pictures_may_be_encoded_and_depths_known(rig, recording):
     np.testing.assert_array_equal(given.rgb, found.rgb)
 
 
+@pytest.mark.slow
 def test_images_that_no_depth_explains_tell_nothing(rig, recording, tmp_path):
     """The same picture from another place: nothing moved, as if all of it were infinitely far."""
     save(recording, tmp_path / "r.npz")

@@ -124,6 +124,7 @@ def test_a_wave_is_never_negligible(rig, simulated):
     assert verdict.verdict == "unknown"
 
 
+@pytest.mark.slow
 def test_what_leaves_much_is_no_explanation_however_much_it_takes_up(rig, simulated):
     """Counts that come with a lamp nobody has, out in two frames midway: a pedestal takes up nearly all else."""
     mean = rig.expected().copy()

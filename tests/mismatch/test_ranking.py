@@ -31,12 +31,14 @@ def test_forms_that_begin_alike_promise_what_each_would_alone(aliased, monkeypat
     found, tried = ranked(aliased, nominal, forms)
     assert len(asked) < tried
     # Steady, drawing near, on a way of its own, jittered, deep: with one number of counts, and with one for each zone.
-    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 10
+    # And what is seen at the end of the window, a period early: with a period that varies and with one that does not.
+    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 12
     for one in found:
         alone = promise(aliased, nominal, projection, one.form)
         assert (one.gain, one.dof, one.log_p) == (alone.gain, alone.dof, alone.log_p)
         others = (
             promise(aliased, nominal, projection, f) for f in forms if (f.free, f.own) == (one.form.free, one.form.own)
         )
-        assert one.gain >= max(other.gain for other in others if other is not None)
+        # Some change nothing where they begin but for the data.
+        assert one.gain >= max((other.gain for other in others if other is not None), default=0.0)
     assert all(np.diff([s.log_p for s in found]) >= 0)

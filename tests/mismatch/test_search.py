@@ -46,6 +46,7 @@ def passing(rig):
     return simulation_of(rig.recording(counts, depth_m=rails(times)), rig.maps)[0]
 
 
+@pytest.mark.slow
 def test_a_lag_is_named_though_nobody_saw_which_edges_had_passed(passing, monkeypatch):
     found = explain(passing).verdict
     assert [effect.id for effect in found.effects] == ["time_lag"]
