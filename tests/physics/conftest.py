@@ -8,7 +8,9 @@ import pytest
 from physics.clock import Clock
 from physics.footprint import footprints
 from physics.light import direct_light
+from physics.nominal import ForwardModel
 from physics.pulse import ImpulseResponse, tailed_pulse
+from physics.rendering import Rendering
 from recordings.maps import ResponseMaps
 
 C = 299_792_458.0
@@ -61,3 +63,13 @@ def small(maps):
     zero = 2e-9 + np.array([0, 0.031e-9, -0.05e-9, 0.017e-9])
     clock = Clock(width, 40, zero, ImpulseResponse(pulse.time_s, pulse.probability))
     return SimpleNamespace(light=light, footprints=footprints(maps, shape[1:]), clock=clock)
+
+
+@pytest.fixture
+def approached(small):
+    """A wall that draws near, from 1.2 to 0.6 m: its model, and its rendering at a gain of 10,000."""
+    rows, columns = small.light.range_m.shape[1:]
+    depth = np.linspace(1.2, 0.6, 3)[:, None, None] * np.ones((3, rows, columns))
+    light = direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)
+    model = ForwardModel(light, small.footprints, small.clock, 4.0)
+    return model, Rendering(light, small.footprints, small.clock, 1e4, background=np.full((1, 1), 4.0))

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from physics.effects import find_effect
-from physics.light import direct_light
 from physics.marks import likely_marks, spread, within
-from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 
 
@@ -27,17 +25,13 @@ def test_places_are_spread_over_what_was_seen():
     assert apart.min() == pytest.approx(0.25, rel=0.2)
 
 
-def test_it_is_looked_for_where_it_is(small):
+def test_it_is_looked_for_where_it_is(approached):
     """A wall that draws near, with ink on it: its pixels grow with it."""
-    rows, columns = small.light.range_m.shape[1:]
-    depth = np.linspace(1.2, 0.6, 3)[:, None, None] * np.ones((3, rows, columns))
-    light = direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)
-    model = ForwardModel(light, small.footprints, small.clock, 4.0)
-    middle = light.rays[2, 2] * 1.2
+    model, rendering = approached
+    middle = rendering.light.rays[2, 2] * 1.2
     values = {"mark": -0.8, "mark_size": 0.2} | {f"mark_{a}": v for a, v in zip("xyz", middle, strict=True)}
     nominal = model.expected(1e4)
     excess = model.expected(1e4, [find_effect("reflectance_map").at(**values)]) - nominal
-    rendering = Rendering(light, small.footprints, small.clock, 1e4, background=4.0)
     best = likely_marks(excess, nominal, rendering)[0]
     away = np.linalg.norm([best[f"mark_{a}"] - v for a, v in zip("xyz", middle, strict=True)])
     assert away < 0.25

@@ -4,20 +4,8 @@ import numpy as np
 import pytest
 
 from physics.effects import find_effect
-from physics.light import direct_light
 from physics.nominal import ForwardModel
 from physics.panes import likely_pane
-from physics.rendering import Rendering
-
-
-@pytest.fixture
-def approached(small):
-    """A wall that draws near, through noise, and what it looks like: expected counts and a rendering."""
-    rows, columns = small.light.range_m.shape[1:]
-    depth = np.linspace(1.2, 0.6, 3)[:, None, None] * np.ones((3, rows, columns))
-    light = direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)
-    model = ForwardModel(light, small.footprints, small.clock, 4.0)
-    return model, Rendering(light, small.footprints, small.clock, 1e4, background=np.full((1, 1), 4.0))
 
 
 @pytest.mark.parametrize("spacing", [0.4, -0.3])

@@ -5,21 +5,10 @@ import pytest
 
 from physics.effects import find_effect
 from physics.light import direct_light
-from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 from physics.space_waves import NAMES, likely_waves, wave
 
 EFFECT = find_effect("reflectance_map")
-
-
-@pytest.fixture
-def passing(small):
-    """A wall that draws near and passes by, as a camera sees it that says where it is."""
-    rows, columns = small.light.range_m.shape[1:]
-    depth = np.linspace(1.2, 0.6, 3)[:, None, None] * np.ones((3, rows, columns))
-    light = direct_light(depth, small.light.intrinsics, time_s=small.light.time_s)
-    model = ForwardModel(light, small.footprints, small.clock, 4.0)
-    return model, Rendering(light, small.footprints, small.clock, 1e4, background=4.0)
 
 
 def test_along_one_axis_it_is_a_sine(small):
@@ -33,8 +22,8 @@ def test_along_one_axis_it_is_a_sine(small):
 
 
 @pytest.mark.parametrize("vector", [(8.0, 0.0, 0.0), (6.0, -7.0, 0.0)])
-def test_it_is_looked_for_where_it_is(passing, vector):
-    model, rendering = passing
+def test_it_is_looked_for_where_it_is(approached, vector):
+    model, rendering = approached
     truth = dict(zip(NAMES, vector, strict=True))
     nominal = model.expected(1e4)
     excess = model.expected(1e4, [EFFECT.at(wave_sin=0.2, wave_cos=-0.1, **truth)]) - nominal
@@ -46,8 +35,8 @@ def test_it_is_looked_for_where_it_is(passing, vector):
     EFFECT.at(wave_sin=0.1, **found)
 
 
-def test_nothing_seen_nothing_found(passing):
-    model, rendering = passing
+def test_nothing_seen_nothing_found(approached):
+    model, rendering = approached
     nominal = model.expected(1e4)
     with np.errstate(all="raise"):
         assert len(likely_waves(0 * nominal, nominal, rendering)) == 2

@@ -13,7 +13,7 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 # A step of the pulse is so many pieces, and places in a bin are so many.
 PIECES, PLACES = 50, 200
 # The height of a histogram is that of so many bins to either side.
-PIECE = 1 / 32
+BESIDE = 1 / 32
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
@@ -105,13 +105,13 @@ def _middle(turns: np.ndarray, share: np.ndarray, world: World, highest: float) 
     def registered(at: np.ndarray) -> np.ndarray:
         # Light in a step about each time: of each pixel its cumulative's difference.
         return sum(
-            part * (np.interp(at + PIECE - turn, edges, until) - np.interp(at - PIECE - turn, edges, until))
+            part * (np.interp(at + BESIDE - turn, edges, until) - np.interp(at - BESIDE - turn, edges, until))
             for turn, part in zip(turns, share, strict=True)
             if part > 0
         )
 
-    times = np.arange(turns.min() + steps[0], turns.max() + steps[-1], PIECE)
-    about = times[np.argmax(registered(times))] + np.linspace(-2 * PIECE, 2 * PIECE, 401)
+    times = np.arange(turns.min() + steps[0], turns.max() + steps[-1], BESIDE)
+    about = times[np.argmax(registered(times))] + np.linspace(-2 * BESIDE, 2 * BESIDE, 401)
     peak = about[np.argmax(registered(about))] - late
     near = max(3 * np.sqrt(np.average((steps - late) ** 2, weights=world.pulse)), 1.0)
     # The logistic function: half of it counts at the end, a rim of a twentieth on.
