@@ -160,6 +160,7 @@ def unrecorded(rig, seed, name, **values):
     return rig.recording(counts, irf=None, irf_time_s=None)
 
 
+@pytest.mark.slow
 def test_without_a_response_a_clock_that_is_fast_is_named_and_the_improved_sensor_agrees(rig):
     recording = unrecorded(rig, 7, "bin_width_error", error=0.004)
     simulation, assumed, _ = simulation_of(recording, rig.maps)

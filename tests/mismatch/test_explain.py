@@ -106,6 +106,7 @@ def test_the_improved_sensor_agrees_with_the_recording(drawn, rig):
     assert again.verdict.verdict == "agrees"
 
 
+@pytest.mark.slow
 def test_a_stranger_is_unknown(rig, simulated):
     mean = travelling_ripple(rig.expected(), 0.1, np.random.default_rng(9))
     verdict = explain(simulated(np.random.default_rng(10).poisson(mean))).verdict
@@ -114,6 +115,7 @@ def test_a_stranger_is_unknown(rig, simulated):
     assert json.loads(verdict.text(), parse_constant=fail_on_constant)["verdict"] == "unknown"
 
 
+@pytest.mark.slow
 def test_a_wave_is_never_negligible(rig, simulated):
     """A pedestal that is far stronger takes up none of a wave with another phase in every frame."""
     mean = rig.expected() + 40.0
@@ -141,6 +143,7 @@ def test_a_dead_zone_is_left_out(rig, simulated):
     assert explain(simulated(counts)).verdict.verdict == "agrees"
 
 
+@pytest.mark.slow
 def test_the_answer_is_the_same_twice(drawn):
     one, other = (explain(drawn(12, "ambient_pedestal", level=1.0)).verdict.to_json() for _ in range(2))
     one.pop("seconds"), other.pop("seconds")

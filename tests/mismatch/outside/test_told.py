@@ -23,7 +23,7 @@ def sloping(counts):
     ("made", "words"),
     [
         pytest.param(averaged, "part of what was shown before it", marks=pytest.mark.slow),
-        (sloping, "counts that no light"),
+        pytest.param(sloping, "counts that no light", marks=pytest.mark.slow),
     ],
 )
 def test_a_name_that_stands_in_for_a_cause_outside_is_unknown(rig, simulated, made, words):
