@@ -1,15 +1,9 @@
 """`footprint_blur`: zones see a wider, or a narrower, piece of the scene than their maps say."""
 
-from dataclasses import dataclass
-
-import numpy as np
-from scipy.fft import dctn, idctn
-from scipy.special import j1
-
+from physics.blurring import Blur
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
 from physics.rendering import Rendering
-from physics.workers import in_parallel
 
 
 class FootprintBlur(Effect):
@@ -29,6 +23,9 @@ class FootprintBlur(Effect):
     Micro-optics that scatter add a `haze`: so much of each map is blurred by the wide variance, the rest is as it was.
     A scan that counts bright places too few, as pile-up does, gives maps that fall off more slowly than zones, about as
     a power of them: zones are `steeper`, maps to the power of 1 + steeper, with the sum they had.
+
+    Where maps were read at the camera's pixels and then blurred, the kernel is `coarse`: diffusion is on the lattice of
+    these, and what maps hold between them, as noise of a fine scan, takes no part.
     """
 
     id = "footprint_blur"
@@ -45,6 +42,7 @@ class FootprintBlur(Effect):
     )
     forms = (
         ("variance",),
+        ("variance", "coarse"),
         ("variance", "flat"),
         ("variance", "taller"),
         ("variance", "amount", "kept"),
@@ -104,6 +102,7 @@ class FootprintBlur(Effect):
         # A standard deviation of 50 px, a third of a zone or so.
         Parameter("wide", "px²", 100.0, 40000.0, 2500.0, "Square of that blur's standard deviation."),
         Parameter("steeper", "1", -0.8, 3.0, 0.05, "Power of the maps that zones are, less 1.", vanishes_at=0.0),
+        Parameter("coarse", "1", 0.0, 1.0, 0.0, "Part of the kernel that steps by the camera's pixels.", tries=(1.0,)),
     )
 
     def redraws_maps(self, values: Values) -> bool:
@@ -114,67 +113,11 @@ class FootprintBlur(Effect):
         """Footprints of maps that are blurred or sharpened before they are moved."""
         if not self.redraws_maps(values):
             return rendering.footprints
-        return rendering.footprints.redrawn(Blur(*(values[parameter.name] for parameter in self.parameters)))
-
-
-@dataclass(frozen=True)
-class Blur:
-    """Maps (P, Y, X) of zones, blurred by a variance in pixels squared; sharpened where it is negative.
-
-    Then hazy, and steeper. All as the parameters of the effect.
-    """
-
-    variance_px2: float
-    taller: float = 0.0
-    flat: float = 0.0
-    amount: float = 1.0
-    kept: float = 1.0
-    haze: float = 0.0
-    wide_px2: float = 2500.0
-    steeper: float = 0.0
-
-    def __call__(self, table: np.ndarray) -> np.ndarray:
-        """(P, Y, X) of the same kind of numbers."""
-        return np.stack(in_parallel(self._zone, table))
-
-    def _zone(self, zone: np.ndarray) -> np.ndarray:
-        """(Y, X) of one zone."""
-        zone = self._blurred(zone) if self.variance_px2 else zone
-        if self.haze:
-            zone = zone + self.haze * (blurred(zone, self.wide_px2) - zone)
-        most = zone.max()
-        if not self.steeper or not most > 0:
-            return zone
-        steep = np.maximum(zone / most, 0) ** (1 + self.steeper)
-        return steep * (zone.sum(dtype=float) / steep.sum(dtype=float))
-
-    def _blurred(self, zone: np.ndarray) -> np.ndarray:
-        """(Y, X) of one zone, blurred or sharpened."""
-        spread = blurred(zone, abs(self.variance_px2), self.taller, self.flat)
-        if self.variance_px2 > 0:
-            return spread
-        sharp = np.maximum(zone + self.amount * (zone - spread), 0)
-        total = sharp.sum(dtype=float)
-        return sharp * (zone.sum(dtype=float) / total) ** self.kept if total > 0 else zone
-
-
-def blurred(image: np.ndarray, variance_px2: float, taller: float = 0.0, flat: float = 0.0) -> np.ndarray:
-    """(Y, X) after diffusion for a time of that variance, no flux through the edges; faster down where `taller`.
-
-    The cosine of frequency ω decays with 1 − cos ω: eigenvalue of half the second difference. Where `flat`, so much of
-    it is under a disc instead, whose variance along each axis is a fourth of its radius squared, and whose transform
-    is 2 J₁(ωR) / (ωR) (Bracewell, The Fourier Transform and Its Applications, chapter 12). Of the image's precision:
-    transforms of float32 take half as long.
-    """
-    each = variance_px2 * np.exp(taller), variance_px2 * np.exp(-taller)
-    waves = tuple(np.pi * np.arange(n) / n for n in image.shape)
-    down, along = (one * (1 - np.cos(wave)) for one, wave in zip(each, waves, strict=True))
-    decay = np.exp(-down)[:, None] * np.exp(-along)
-    if flat:
-        radii = (2 * np.sqrt(one) * wave for one, wave in zip(each, waves, strict=True))
-        across = np.maximum(np.hypot.outer(*radii), 1e-9)
-        decay = (1 - flat) * decay + flat * 2 * j1(across) / across
-    return np.maximum(idctn(dctn(image) * decay.astype(image.dtype)), 0)
+        where = rendering.footprints
+        wide, high = where.field.full_size
+        rows, columns = where.x_px.shape[-2:]
+        said = (values[parameter.name] for parameter in self.parameters)
+        return where.redrawn(Blur(*said, steps_px=(high / rows, wide / columns)))
 
 
 effect = FootprintBlur()

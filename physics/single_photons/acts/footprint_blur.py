@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.ndimage import correlate1d
+from scipy.ndimage import correlate1d, shift
 from scipy.signal import fftconvolve
 from scipy.special import ive
 
@@ -24,8 +24,11 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     if not any(values[n] for n in ("variance", "haze", "steeper")):
         return world
     how = looking(world)
-    said = ("variance", "amount", "kept", "taller", "flat", "haze", "wide", "steeper")
-    return looking_so(world, replace(how, redrawn=redrawn(how.taken, *(values[n] for n in said))))
+    said = ("variance", "amount", "kept", "taller", "flat", "haze", "wide", "steeper", "coarse")
+    wide, high = how.taken.image_size
+    rows, columns = world.depth_m.shape
+    steps = high / rows, wide / columns
+    return looking_so(world, replace(how, redrawn=redrawn(how.taken, *(values[n] for n in said), steps)))
 
 
 @lru_cache(maxsize=2)
@@ -39,6 +42,8 @@ def redrawn(
     haze: float = 0.0,
     wide_px2: float = 2500.0,
     steeper: float = 0.0,
+    coarse: float = 0.0,
+    steps_px: tuple[float, float] = (1.0, 1.0),
 ) -> np.ndarray:
     """(P, Y, X) table of maps after walks of this variance; sharpened where it is negative.
 
@@ -46,7 +51,7 @@ def redrawn(
     """
     _, _, counts = table(maps)
     if variance_px2:
-        counts = walked(counts, variance_px2, amount, kept, taller, flat)
+        counts = walked(counts, variance_px2, amount, kept, taller, flat, coarse, steps_px)
     if haze:
         counts = (1 - haze) * counts + haze * strayed(counts, wide_px2)
     if not steeper:
@@ -58,10 +63,19 @@ def redrawn(
 
 
 def walked(
-    counts: np.ndarray, variance_px2: float, amount: float, kept: float, taller: float, flat: float
+    counts: np.ndarray,
+    variance_px2: float,
+    amount: float,
+    kept: float,
+    taller: float,
+    flat: float,
+    coarse: float,
+    steps_px: tuple[float, float],
 ) -> np.ndarray:
     """(P, Y, X) counts after walks of this variance; sharpened where it is negative."""
     spread = strayed(counts, abs(variance_px2), taller)
+    if coarse:
+        spread = (1 - coarse) * spread + coarse * strayed(counts, abs(variance_px2), taller, steps_px)
     if flat:
         spread = (1 - flat) * spread + flat * under_a_disc(counts, abs(variance_px2), taller)
     return spread if variance_px2 > 0 else sharpened(counts, spread, amount, kept)
@@ -77,20 +91,30 @@ def sharpened(counts: np.ndarray, spread: np.ndarray, amount: float = 1.0, kept:
     return sharp * back[:, None, None] ** kept
 
 
-def strayed(counts: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.ndarray:
+def strayed(
+    counts: np.ndarray, variance_px2: float, taller: float = 0.0, steps_px: tuple[float, float] = (1.0, 1.0)
+) -> np.ndarray:
     """(P, Y, X) means of counts at the ends of walks, which have exp(± taller) times this variance down and along.
 
-    A photon steps to the pixel on its right or left at random times, each direction as often: it ends where the
-    difference of two Poisson numbers says, which has the variance of their sum (Skellam, J. R. Stat. Soc. 109, 1946,
-    296). At the edge of the table it turns back, as if there was a mirror.
+    A photon steps to its right or left at random times, each direction as often: it ends where the difference of two
+    Poisson numbers says, which has the variance of their sum (Skellam, J. R. Stat. Soc. 109, 1946, 296). At the edge of
+    the table it turns back, as if there was a mirror. steps_px: how far a step goes, down and along.
     """
-    for axis, way in ((1, 1), (2, -1)):
-        walk = variance_px2 * np.exp(way * taller) / 2
-        # Bernstein's inequality for steps of one pixel: what lies beyond is less than exp(-k²/2 / (2 walk + k/3)).
+    for axis, way, step in ((1, 1, steps_px[0]), (2, -1, steps_px[1])):
+        walk = variance_px2 * np.exp(way * taller) / 2 / step**2
+        # Bernstein's inequality for steps of one: what lies beyond is less than exp(-k²/2 / (2 walk + k/3)).
         rare = -np.log(REST)
         reach = int(np.ceil(rare / 3 + np.sqrt(rare**2 / 9 + 4 * rare * walk)))
-        ends = ive(np.abs(np.arange(-reach, reach + 1)), 2 * walk)
-        counts = correlate1d(counts.astype(float), ends / ends.sum(), axis=axis, mode="reflect")
+        number = np.arange(-reach, reach + 1)
+        ends = ive(np.abs(number), 2 * walk)
+        ends /= ends.sum()
+        counts = counts.astype(float)
+        if step == 1:
+            counts = correlate1d(counts, ends, axis=axis, mode="reflect")
+        else:
+            far = [(np.arange(3) == axis) * step * k for k in number]
+            each = zip(ends, far, strict=True)
+            counts = sum(part * shift(counts, away, order=1, mode="reflect") for part, away in each if part > REST)
     return counts
 
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import correlate1d, gaussian_filter
+from scipy.special import ive
 
-from physics.effects.footprint_blur import Blur, blurred, effect
+from physics.blurring import Blur, blurred
+from physics.effects.footprint_blur import effect
 from physics.footprint import footprints
 from physics.light import direct_light
 from physics.nominal import ForwardModel
@@ -46,6 +48,35 @@ def test_a_blurred_gaussian_is_a_wider_one(variance):
     # The discrete kernel's fourth cumulant is its variance: by that it is off a Gaussian (Edgeworth), at the peak most.
     off = 2 * variance / 8 / (25 + variance) ** 2
     np.testing.assert_allclose(found, gaussian(25 + variance), atol=(1.05 * off + 2e-5) * found.max())
+
+
+@pytest.mark.parametrize("variance", [0.4, 4.0])
+def test_with_a_coarse_kernel_the_maps_read_at_its_pixels_are_blurred(variance):
+    """By the kernel of the differences of two Poisson numbers (Skellam 1946), convolved as scipy does."""
+    rng, coarse = np.random.default_rng(1), 5
+    image = gaussian(60.0) * rng.uniform(0.5, 1.5, SHAPE)
+    # Between the camera's pixels lies noise of the scan, which such a blur does not see.
+    shape = (SHAPE[0] // coarse, SHAPE[1] // coarse)
+    responses, ids = image.reshape(1, 1, -1), np.full(X.size, "scan")
+    maps = ResponseMaps(responses, X.ravel(), Y.ravel(), ids, json.dumps({"image_size": [80, 60]}))
+    where = footprints(maps, shape)
+    found = through_all(where, variance=variance * coarse**2, coarse=1.0)[0]
+    kernel, expected = ive(np.abs(np.arange(-12, 13)), variance), where.weights[0] * where.scale
+    for axis in (0, 1):
+        expected = correlate1d(expected, kernel, axis=axis, mode="reflect")
+    np.testing.assert_allclose(found, expected, atol=1e-3 * expected.max())
+    fine = through_all(where, variance=variance * coarse**2)[0]
+    assert np.abs(fine - expected).max() > 10 * np.abs(found - expected).max()
+
+
+def test_little_blur_changes_maps_by_twice_as_much_where_it_is_twice_as_much():
+    """To within a thousandth, which rounding of single precision would not leave: a fit needs these slopes."""
+    where = scanned(gaussian(25.0) * np.random.default_rng(2).uniform(0.9, 1.1, SHAPE))
+    table = where.field.table
+    once, twice = (Blur(v)(table) - table for v in (1e-4, 2e-4))
+    np.testing.assert_allclose(twice, 2 * once, atol=1e-3 * np.abs(once).max())
+    drawn = [where.field.added((Blur(v),)) for v in (1e-4, 2e-4)]
+    np.testing.assert_allclose(drawn[1], 2 * drawn[0], atol=1e-3 * np.abs(drawn[0]).max())
 
 
 @pytest.mark.parametrize("variance", [-2.0, -0.5, 0.3, 4.0, 16.0])

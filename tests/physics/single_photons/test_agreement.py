@@ -74,6 +74,7 @@ STRENGTHS = {
         {"variance": -900, "amount": 0.6, "kept": 0.3},
         {"variance": 900, "taller": -0.8},
         {"variance": 900, "flat": 0.7},
+        {"variance": 900, "coarse": 0.8},
         {"haze": 0.2, "wide": 6400},
         {"steeper": 0.3},
         {"variance": 400, "haze": 0.3, "wide": 2500, "steeper": -0.2},
