@@ -11,7 +11,7 @@ from mismatch.simulation import Simulation
 
 # So many of the first round's other candidates are tried as the first.
 OTHERS = 2
-# Twice the logarithm of the odds at which two causes are believed in place of one with a number for each zone.
+# Twice the logarithm of the odds at which two causes are believed in place of what is neither stretched nor leaves any.
 TWO_FOR_ONE = 10.0
 # So many numbers make a shape that may hold two causes: a drift that slows down beside one of another kind.
 RICH = 3
@@ -24,8 +24,8 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) 
 
     The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
     stretched or leaves something, unless it is as many effects as there may be: then none of the library's will do.
-    One that has a number for each zone, or many, may take up two causes whole. At the end each is chosen anew beside
-    the others.
+    One that has a number for each zone, or many, may take up two causes whole; and the first of two, so much of both
+    that what is left has another name. At the end each is chosen anew beside the others.
     """
     return exchanged(train, test, forms, _likeliest(train, test, forms))
 
@@ -36,17 +36,34 @@ def _likeliest(train: Simulation, test: Simulation, forms: list[Form]) -> list[R
     found = best[-1].before
     if not found.forms:
         return best
-    if not _doubtful(train, found):
-        return _two_for_one(train, test, forms, best)
+    odds = 0.0 if _doubtful(train, found) else TWO_FOR_ONE
     likeliest = _evidence(train, test, best)
-    for candidate in _others(best[0]):
+    for candidate, richer in _beginnings(best, bool(odds)):
         if train.work.enough:
             break
-        other = begun_with(train, test, forms, best[0], candidate)
+        other = begun_with(train, test, forms, best[0], candidate, richer=richer)
+        if odds and len(other[-1].before.forms) < 2:
+            continue  # What stands in the place of one alone is a matter of contests.
         there = _evidence(train, test, other)
-        if there > likeliest:
+        if there > likeliest + odds:
             best, likeliest = other, there
     return best
+
+
+def _beginnings(rounds: list[Round], trusted: bool) -> list[tuple[Candidate, bool]]:
+    """Other candidates of the first round to begin with, and whether each may take a richer form at once.
+
+    trusted: whether what was found is neither stretched nor leaves anything. Then one effect of few numbers stays, and
+    two are tried in the place of one that has many; or in that of two, the first of which may hold parts of both.
+    """
+    alone, others = rounds[-1].before.forms, [(candidate, True) for candidate in _others(rounds[0])]
+    if not trusted or len(alone) > 1:
+        return others if not trusted or len(alone) < MOST_EFFECTS else []
+    same = [c for c in rounds[0].candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]
+    same = [c for c in same if c.stands_out(len(rounds[0].candidates))]
+    plainest = sorted(same, key=lambda c: (len(c.form.coordinates), c.criterion))[:1]
+    few = [(c, False) for c, _ in others if alone[0].own and not c.form.own]
+    return [*((c, False) for c in plainest), *few]
 
 
 def unjudged(last: Round) -> bool:
@@ -56,22 +73,6 @@ def unjudged(last: Round) -> bool:
         if won > MUCH and last.before.deviance > candidate.criterion and candidate.expected_gain < HARDLY * won:
             return True
     return False
-
-
-def _two_for_one(train: Simulation, test: Simulation, forms: list[Form], best: list[Round]) -> list[Round]:
-    """The selection begun with the same effect in its plainest form, where that leads to two that are likelier."""
-    alone = best[-1].before.forms
-    if len(alone) > 1 or train.work.enough:
-        return best
-    plain = [c for c in best[0].candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]
-    plain = [c for c in plain if c.stands_out(len(best[0].candidates))]
-    if not plain:
-        return best
-    candidate = min(plain, key=lambda c: (len(c.form.coordinates), c.criterion))
-    other = begun_with(train, test, forms, best[0], candidate, richer=False)
-    if len(other[-1].before.forms) < 2:
-        return best
-    return other if _evidence(train, test, other) > _evidence(train, test, best) + TWO_FOR_ONE else best
 
 
 def _plainer(form: Form, other: Form) -> bool:

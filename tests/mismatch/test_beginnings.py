@@ -9,7 +9,7 @@ from mismatch.beginnings import likeliest_selection
 
 
 def candidate(name, stands_out=True):
-    form = SimpleNamespace(effect=SimpleNamespace(id=name))
+    form = SimpleNamespace(effect=SimpleNamespace(id=name), own=(), coordinates=[None])
     return SimpleNamespace(form=form, stands_out=lambda many: stands_out)
 
 
@@ -24,12 +24,13 @@ def tried(monkeypatch):
     )
 
     def selection(name, candidates):
-        settings = (SimpleNamespace(effect=effect, values={}),) * made.effects
+        settings = (SimpleNamespace(effect=effect, values={}, own=(), coordinates=[None]),) * made.effects
         fitted = SimpleNamespace(forms=settings, settings=settings, gain=1.0, name=name)
         minor = made.minor.get(name)
         return [SimpleNamespace(candidates=candidates, chosen=candidates[0], before=fitted, minor=minor)]
 
-    def begun_with(train, test, forms, first, other):
+    def begun_with(train, test, forms, first, other, richer=True):
+        assert richer
         made.begun.append(other.form.effect.id)
         return selection(other.form.effect.id, [other])
 
@@ -79,9 +80,19 @@ def test_what_is_too_little_to_name_counts(tried):
     assert selected() == "fog"
 
 
-def test_without_doubt_no_other_is_tried(tried):
+@pytest.mark.parametrize("effects", [1, 3])
+def test_without_doubt_no_other_is_tried(tried, effects):
+    tried.effects = effects
     assert selected() == "tail"
     assert tried.begun == []
+
+
+@pytest.mark.parametrize(("likelihood", "kept"), [(19.0, "tail"), (21.0, "walk")])
+def test_the_first_of_two_may_hold_parts_of_both(tried, likelihood, kept):
+    """Without doubt, too: others are tried as the first, and believed at odds that tell."""
+    tried.likely["walk"] = likelihood
+    assert selected() == kept
+    assert tried.begun == ["walk", "fog"]
 
 
 @pytest.mark.parametrize(("effects", "others"), [(0, False), (1, True), (2, True), (3, False)])
@@ -115,7 +126,8 @@ def test_one_effect_of_many_numbers_may_be_two(tried, monkeypatch, effects, like
 
     def fits(name, forms, candidates):
         before = SimpleNamespace(forms=forms, settings=(), gain=1.0, name=name)
-        return [SimpleNamespace(candidates=candidates, before=before, minor=None)]
+        chosen = candidates[0] if candidates else None
+        return [SimpleNamespace(candidates=candidates, chosen=chosen, before=before, minor=None)]
 
     zones, alike = candidate("surface"), candidate("surface")
     zones.form, alike.form, alike.criterion = form(*whole), form(*other), 1.0
@@ -130,6 +142,29 @@ def test_one_effect_of_many_numbers_may_be_two(tried, monkeypatch, effects, like
     assert selected() == kept
     monkeypatch.setattr(alike, "stands_out", lambda many: False)
     assert selected() == "zones"
+
+
+@pytest.mark.parametrize(
+    ("own", "likelihood", "kept"), [(True, 21.0, "pair"), (True, 19.0, "zones"), (False, 21.0, "zones")]
+)
+def test_two_of_other_names_are_tried_for_one_with_a_number_for_each_zone(tried, monkeypatch, own, likelihood, kept):
+    """Neither of which begins with such numbers of its own."""
+    zones, walk, gains = candidate("falloff"), candidate("walk"), candidate("gain")
+    zones.form.own, gains.form.own, begun = ("exponent",) * own, ("factor",), []
+
+    def fits(name, forms, candidates):
+        before = SimpleNamespace(forms=forms, settings=(), gain=1.0, name=name)
+        return [SimpleNamespace(candidates=candidates, chosen=zones, before=before, minor=None)]
+
+    def begun_with(train, test, forms, first, other, richer=True):
+        begun.append((other, richer))
+        return fits("pair", (walk.form, walk.form), [])
+
+    monkeypatch.setattr(beginnings, "select", lambda *_: fits("zones", (zones.form,), [zones, walk, gains]))
+    monkeypatch.setattr(beginnings, "begun_with", begun_with)
+    tried.likely = {"zones": 10.0, "pair": likelihood}
+    assert selected() == kept
+    assert begun == [(walk, False)] * own
 
 
 @pytest.mark.parametrize(
