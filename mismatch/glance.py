@@ -53,11 +53,11 @@ def glanced(
         return {key: _of_all(one, frames) for key, one in found.items() if one is not None}
 
     found = {key: one for part in simulation.each(of_effect, by_effect) for key, one in part.items()}
-    least = FAINT * min(most, max((one.gain for one in found.values()), default=0.0))
-    return {key: one for key, one in found.items() if one.log_p > NOTHING or one.gain < least}
+    least = FAINT * min(most, max((one.beyond_noise for one in found.values()), default=0.0))
+    return {key: one for key, one in found.items() if one.log_p > NOTHING or one.beyond_noise < least}
 
 
 def _of_all(score: Score, times: float) -> Score:
     """What so many times the frames would tell: more of what is there, and no more of what noise makes."""
-    gain = max(times * (score.gain - score.dof) + score.dof, 0.0)
+    gain = max(times * score.beyond_noise + score.dof, 0.0)
     return replace(score, gain=gain, log_p=log_chance(gain, score.dof), information=times * score.information)

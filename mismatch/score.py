@@ -36,6 +36,11 @@ class Score:
     log_p: float
     information: float
 
+    @property
+    def beyond_noise(self) -> float:
+        """Gain beyond what noise makes: a number for each of many bins gains one of each where nothing is."""
+        return self.gain - self.dof
+
 
 def change_to(simulation: Simulation, fitted: Fit, form: Form, strengths: tuple[str, ...]) -> np.ndarray:
     """(F, P, T) change of expected counts, beside what is fitted, from nothing to the start of some strengths."""

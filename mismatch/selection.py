@@ -113,13 +113,13 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
     """
     effects: list[str] = []
     chosen = []
-    best = min(max((s.gain for s in scores), default=0.0), most)
+    best = min(max((s.beyond_noise for s in scores), default=0.0), most)
     for s in scores:
-        if s.gain < PROMISING * best:
+        if s.beyond_noise < PROMISING * best:
             continue
         name = s.form.effect.id
         if name not in effects:
-            if len(effects) >= (MOST_FITTED if s.gain > CLOSE * best else FITTED):
+            if len(effects) >= (MOST_FITTED if s.beyond_noise > CLOSE * best else FITTED):
                 continue
             effects.append(name)
         alike = [c.form for c in chosen if c.form.effect.id == name and c.form.looks == s.form.looks]

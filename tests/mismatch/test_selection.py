@@ -11,6 +11,7 @@ from mismatch.form import all_forms, forms_of
 from mismatch.poisson import deviance
 from mismatch.refined import enriched
 from mismatch.rivals import rivals
+from mismatch.score import Score
 from mismatch.selection import _leaving, most_promising, others_than, select, to_be_gained
 from physics.effects import find_effect
 
@@ -81,7 +82,7 @@ def scores(*promised):
         own = ("passed",) if name == "by zone" else ()
         alike = {"own": own, "strengths": ("passed",)}
         form = SimpleNamespace(effect=effect, **alike, looks=looks)
-        made.append(SimpleNamespace(form=form, gain=gain))
+        made.append(Score(form, np.ones(1), gain, 0, 0.0, 0.0))
     return made
 
 
@@ -99,6 +100,17 @@ def test_what_promises_more_than_there_is_to_gain_hides_nothing_that_looks():
     ]  # fmt: skip
     # Were there as much to gain as is promised, what looks would be too little.
     assert len(most_promising(found)) == 3
+
+
+def test_what_many_numbers_gain_from_noise_hides_nothing():
+    """A width for each of 128 bins gains 128 where nothing is amiss; what gains 52 by two numbers promises more."""
+    widths, fog = scores(("widths", False, 170.0), ("fog", False, 52.0))
+    assert {one.form.effect.id for one in most_promising([replace(widths, dof=128), replace(fog, dof=2)])} == {
+        "widths",
+        "fog",
+    }
+    assert [one.form.effect.id for one in most_promising([widths, fog], 500.0)] == ["widths", "fog"]
+    assert [one.form.effect.id for one in most_promising([replace(widths, gain=200.0), fog], 500.0)] == ["widths"]
 
 
 def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():
