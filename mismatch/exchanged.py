@@ -8,7 +8,7 @@ from mismatch.absorbed import absorbed
 from mismatch.candidates import Candidate, candidate, candidates_of
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
-from mismatch.gained import SIGNIFICANT, to_be_gained
+from mismatch.gained import SIGNIFICANT
 from mismatch.ranking import ranked
 from mismatch.refined import enriched
 from mismatch.rivals import evidence
@@ -19,6 +19,7 @@ from mismatch.selection import (
     most_promising,
     onward,
     others_than,
+    to_be_gained,
     without,
 )
 from mismatch.simulation import Simulation

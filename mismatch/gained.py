@@ -7,7 +7,7 @@ from scipy.stats import norm
 
 from mismatch.fit import Fit, on_others
 from mismatch.noise import Nuisances
-from mismatch.poisson import LEAST, expected_deviance
+from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 
 # Chance at which noise is let in, after correction for the number of forms tried.
@@ -15,8 +15,6 @@ SIGNIFICANT = 1e-3
 # A true cause whose formula is a little different falls short by less than this part; one that looks at each frame, or
 # of which nobody saw all, gains more or less as things happen to be in better or worse places.
 SHORT, SHORT_LOOKING = 0.75, 0.5
-# Standard deviations by which noise may leave more to be gained.
-SCATTER = 3.0
 # How often frames are drawn to say what an effect that looks should gain.
 DRAWS = 8
 
@@ -33,12 +31,6 @@ class Gained:
     expected: float
     z: float
     scatter: float
-
-
-def to_be_gained(fitted: Fit) -> float:
-    """Deviance of a fit beyond what noise makes, and as much more as that may scatter."""
-    mean, variance = (float(of.sum()) for of in expected_deviance(fitted.expected))
-    return max(fitted.deviance - mean, 0.0) + SCATTER * np.sqrt(variance)
 
 
 def gained(test: Simulation, less: Fit, more: Fit) -> Gained:

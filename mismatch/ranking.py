@@ -4,48 +4,39 @@ from dataclasses import replace
 
 from mismatch.fit import Fit
 from mismatch.form import Form
-from mismatch.gained import to_be_gained
-from mismatch.glance import glanced, promised
 from mismatch.looked import looked
 from mismatch.projection import Projection
-from mismatch.score import Score
+from mismatch.score import Score, changes_of, score_by
 from mismatch.simulation import Simulation
+from recordings.refusal import Refusal
 
 # Forms of more strengths than this are tried only as richer ones of an effect that was chosen: each takes a rendering.
 MOST_STRENGTHS = 6
-# Frames of which half are enough to tell that a form promises nothing.
-ENOUGH = 32
+# Logarithm of a chance by noise, as far as can be told, beyond which nothing is looked at more closely: so many forms
+# are tried that only one of thousands is significant.
+HOPELESS = -4.0
 
 
 def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
     """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
+    projection = Projection(simulation, fitted)
+    known = simulation.remembered.beginning(fitted.expected)
     by_effect: dict[str, list[Form]] = {}
     for form in forms:
         if len(form.strengths) <= MOST_STRENGTHS and form.free not in form.effect.richer:
             by_effect.setdefault(form.effect.id, []).append(form)
 
-    def begun(same: list[Form]) -> list[Form]:
+    def of_effect(same: list[Form]) -> list[Score]:
         # Where effects that look begin, only the data say.
-        return [*(form for form in same if not form.looks), *suggested(simulation, fitted, same)]
+        every = (*(form for form in same if not form.looks), *suggested(simulation, fitted, same))
+        # Forms that begin alike promise alike, whatever else they leave free; but those that look pay for that.
+        keys = [(form.begins_alike, form.free if form.looks else None) for form in every]
+        once = {key: form for key, form in zip(keys, every, strict=True)}
+        promised = {key: promise(simulation, fitted, projection, form, known) for key, form in once.items()}
+        found = [(form, promised[key]) for form, key in zip(every, keys, strict=True)]
+        return [replace(one, form=form) for form, one in found if one is not None]
 
-    every = simulation.each(begun, by_effect.values())
-    once = [{_key(form): form for form in same} for same in every]
-    many = len(simulation.frames) >= ENOUGH
-    glances = glanced(simulation, fitted, to_be_gained(fitted), once) if many else {}
-    projection = Projection(simulation, fitted)
-    known = simulation.remembered.beginning(fitted.expected)
-
-    def of_effect(same: dict[tuple, Form]) -> dict[tuple, Score | None]:
-        rest = {key: form for key, form in same.items() if key not in glances}
-        return {
-            key: looked(simulation, fitted, form)
-            if form.looks
-            else promised(simulation, fitted, known, projection, form)
-            for key, form in rest.items()
-        }
-
-    told = glances | {key: one for part in simulation.each(of_effect, once) for key, one in part.items()}
-    found = [replace(one, form=form) for same in every for form in same if (one := told[_key(form)]) is not None]
+    found = [s for part in simulation.each(of_effect, by_effect.values()) for s in part]
     best: dict[tuple, Score] = {}
     for s in found:
         key = (s.form.effect.id, s.form.free, s.form.own)
@@ -54,9 +45,24 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
     return sorted(best.values(), key=lambda s: s.log_p), len(found)
 
 
-def _key(form: Form) -> tuple:
-    """Forms that begin alike promise alike, whatever else they leave free; but those that look pay for that."""
-    return form.begins_alike, form.free if form.looks else None
+def promise(
+    simulation: Simulation, fitted: Fit, projection: Projection, form: Form, known: bool = False
+) -> Score | None:
+    """What one form promises; None where it can change nothing.
+
+    known: whether what it changed beside an earlier fit tells enough, where by that it promises nothing.
+    """
+    if form.looks:
+        return looked(simulation, fitted, form)
+    memory, key = simulation.remembered, form.begins_alike
+    if known and key in memory.changes:
+        about = score_by(projection, form, memory.changes[key])
+        if about is None or about.log_p > HOPELESS:
+            return about
+    try:
+        return score_by(projection, form, memory.keep(key, lambda: changes_of(simulation, fitted, form)))
+    except Refusal:
+        return None
 
 
 def suggested(simulation: Simulation, fitted: Fit, forms: list[Form]) -> list[Form]:

@@ -8,14 +8,17 @@ from mismatch.candidates import Candidate, candidates_of, cost, price
 from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.form import Form
-from mismatch.gained import SIGNIFICANT, to_be_gained
+from mismatch.gained import SIGNIFICANT
 from mismatch.noise import frame_gain_sigma
+from mismatch.poisson import expected_deviance
 from mismatch.ranking import ranked
 from mismatch.refined import refined
 from mismatch.score import Score
 from mismatch.simulation import Simulation
 
 MOST_EFFECTS = 3
+# Standard deviations by which noise may leave more to be gained.
+SCATTER = 3.0
 # So many effects are fitted in full; what ranks lower by the score test is left, unless it promises nearly as much as
 # any does.
 FITTED, CLOSE = 6, 0.75
@@ -128,6 +131,12 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
         if len(alike) < 2 or plain or another:
             chosen.append(s)
     return chosen
+
+
+def to_be_gained(fitted: Fit) -> float:
+    """Deviance of a fit beyond what noise makes, and as much more as that may scatter."""
+    mean, variance = (float(of.sum()) for of in expected_deviance(fitted.expected))
+    return max(fitted.deviance - mean, 0.0) + SCATTER * np.sqrt(variance)
 
 
 def without(simulation: Simulation, fitted: Fit, form: Form, most_steps: int = MOST_STEPS) -> Fit:

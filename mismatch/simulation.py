@@ -128,11 +128,6 @@ class Simulation:
         """What forms changed beside an earlier fit."""
         return Remembered()
 
-    @cached_property
-    def sparse(self) -> "Simulation":
-        """Every second of its frames."""
-        return self.of(np.arange(0, len(self.frames), 2))
-
     def _expected(self, gain: float, effects: tuple[Setting, ...]) -> np.ndarray:
         """See `expected`."""
         own = {setting.effect.id for setting in effects}

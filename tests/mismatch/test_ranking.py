@@ -6,9 +6,8 @@ import pytest
 from mismatch import ranking
 from mismatch.fit import fit_nominal
 from mismatch.form import forms_of
-from mismatch.glance import promised
 from mismatch.projection import Projection
-from mismatch.ranking import ranked
+from mismatch.ranking import promise, ranked
 from physics.effects import find_effect
 
 from .conftest import BINS, ZONES
@@ -26,21 +25,19 @@ def test_forms_that_begin_alike_promise_what_each_would_alone(aliased, monkeypat
 
     def counted(*args):
         asked.append(args[-1])
-        return promised(*args)
+        return promise(*args)
 
-    monkeypatch.setattr(ranking, "promised", counted)
+    monkeypatch.setattr(ranking, "promise", counted)
     found, tried = ranked(aliased, nominal, forms)
     assert len(asked) < tried
     # Steady, drawing near, on a way of its own, jittered, deep: with one number of counts, and with one for each zone.
     # And what is seen at the end of the window, a period early: with a period that varies and with one that does not.
     assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 12
     for one in found:
-        alone = promised(aliased, nominal, False, projection, one.form)
+        alone = promise(aliased, nominal, projection, one.form)
         assert (one.gain, one.dof, one.log_p) == (alone.gain, alone.dof, alone.log_p)
         others = (
-            promised(aliased, nominal, False, projection, f)
-            for f in forms
-            if (f.free, f.own) == (one.form.free, one.form.own)
+            promise(aliased, nominal, projection, f) for f in forms if (f.free, f.own) == (one.form.free, one.form.own)
         )
         # Some change nothing where they begin but for the data.
         assert one.gain >= max((other.gain for other in others if other is not None), default=0.0)

@@ -6,8 +6,7 @@ import numpy as np
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
-from mismatch.glance import HOPELESS
-from mismatch.ranking import ranked
+from mismatch.ranking import HOPELESS, ranked
 from mismatch.remembered import MOST_NUMBERS, Remembered
 from mismatch.work import Work
 from physics.effects import find_effect
