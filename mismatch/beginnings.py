@@ -36,34 +36,35 @@ def _likeliest(train: Simulation, test: Simulation, forms: list[Form]) -> list[R
     found = best[-1].before
     if not found.forms:
         return best
-    odds = 0.0 if _doubtful(train, found) else TWO_FOR_ONE
-    likeliest = _evidence(train, test, best)
-    for candidate, richer in _beginnings(best, bool(odds)):
+    doubtful, likeliest = _doubtful(train, found), _evidence(train, test, best)
+    begins = [(candidate, True) for candidate in _others(best[0])] if doubtful else _two_for_one(best)
+    for candidate, richer in begins:
         if train.work.enough:
             break
         other = begun_with(train, test, forms, best[0], candidate, richer=richer)
-        if odds and len(other[-1].before.forms) < 2:
+        if not doubtful and len(other[-1].before.forms) < 2:
             continue  # What stands in the place of one alone is a matter of contests.
         there = _evidence(train, test, other)
-        if there > likeliest + odds:
+        if there > likeliest + (0.0 if doubtful else TWO_FOR_ONE):
             best, likeliest = other, there
     return best
 
 
-def _beginnings(rounds: list[Round], trusted: bool) -> list[tuple[Candidate, bool]]:
-    """Other candidates of the first round to begin with, and whether each may take a richer form at once.
+def _two_for_one(rounds: list[Round]) -> list[tuple[Candidate, bool]]:
+    """Where two may be likelier than what nobody doubts: candidates of the first round to begin with.
 
-    trusted: whether what was found is neither stretched nor leaves anything. Then one effect of few numbers stays, and
-    two are tried in the place of one that has many; or in that of two, the first of which may hold parts of both.
+    And whether each may take a richer form at once. In the place of one with a number for each zone, or many: its own
+    plainest form, and others of one number for all. In the place of two, the first of which may hold parts of both:
+    others. Three are as many as there may be.
     """
-    alone, others = rounds[-1].before.forms, [(candidate, True) for candidate in _others(rounds[0])]
-    if not trusted or len(alone) > 1:
-        return others if not trusted or len(alone) < MOST_EFFECTS else []
-    same = [c for c in rounds[0].candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]
-    same = [c for c in same if c.stands_out(len(rounds[0].candidates))]
-    plainest = sorted(same, key=lambda c: (len(c.form.coordinates), c.criterion))[:1]
-    few = [(c, False) for c, _ in others if alone[0].own and not c.form.own]
-    return [*((c, False) for c in plainest), *few]
+    first, alone, others = rounds[0], rounds[-1].before.forms, _others(rounds[0])
+    if len(alone) > 1:
+        return [(candidate, True) for candidate in others if len(alone) < MOST_EFFECTS]
+    plainer = [c for c in first.candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]
+    plainer = [c for c in plainer if c.stands_out(len(first.candidates))]
+    plainest = sorted(plainer, key=lambda c: (len(c.form.coordinates), c.criterion))[:1]
+    alike = [c for c in others if alone[0].own and not c.form.own]
+    return [(candidate, False) for candidate in (*plainest, *alike)]
 
 
 def unjudged(last: Round) -> bool:

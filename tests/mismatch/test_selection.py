@@ -102,15 +102,12 @@ def test_what_promises_more_than_there_is_to_gain_hides_nothing_that_looks():
     assert len(most_promising(found)) == 3
 
 
-def test_what_many_numbers_gain_from_noise_hides_nothing():
-    """A width for each of 128 bins gains 128 where nothing is amiss; what gains 52 by two numbers promises more."""
-    widths, fog = scores(("widths", False, 170.0), ("fog", False, 52.0))
-    assert {one.form.effect.id for one in most_promising([replace(widths, dof=128), replace(fog, dof=2)])} == {
-        "widths",
-        "fog",
-    }
-    assert [one.form.effect.id for one in most_promising([widths, fog], 500.0)] == ["widths", "fog"]
-    assert [one.form.effect.id for one in most_promising([replace(widths, gain=200.0), fog], 500.0)] == ["widths"]
+@pytest.mark.parametrize(("numbers", "kept"), [(128, {"widths", "fog"}), (1, {"widths"})])
+def test_what_many_numbers_gain_from_noise_hides_nothing(numbers, kept):
+    """A width for each of 128 bins gains 128 where nothing is amiss; beyond that, 72, it hides no gain of 52."""
+    widths, fog = scores(("widths", False, 200.0), ("fog", False, 52.0))
+    found = most_promising([replace(widths, dof=numbers), replace(fog, dof=2)])
+    assert {one.form.effect.id for one in found} == kept
 
 
 def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():

@@ -109,7 +109,7 @@ def strayed(
         ends = ive(np.abs(number), 2 * walk)
         ends /= ends.sum()
         counts = counts.astype(float)
-        if step == 1:
+        if step == 1:  # From pixel to pixel: nothing has to be read between them.
             counts = correlate1d(counts, ends, axis=axis, mode="reflect")
         else:
             far = [(np.arange(3) == axis) * step * k for k in number]
