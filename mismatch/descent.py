@@ -56,7 +56,7 @@ class Descent:
     def _step(self) -> None:
         """One step, with as much damping as it takes to gain."""
         columns = derivatives(self.simulation, self.forms, self.x, self.expected)
-        gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns)
+        gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns, nearly=True)
         whole = bounded_step(gradient, curvature, 0.0, self.x, self.low, self.high)
         promised = float(2 * gradient @ whole - whole @ curvature @ whole)
         for _ in range(MOST_TRIES):

@@ -9,12 +9,12 @@ from threadpoolctl import threadpool_limits
 from mismatch.candidates import MINOR, MINOR_PART
 from mismatch.doubts import doubts
 from mismatch.fit import Fit, expected_at, fit, fit_nominal, on_others
+from mismatch.fluctuation import frame_gain_sigma
 from mismatch.form import all_forms
 from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.located import locate_effects
 from mismatch.looks import blur
 from mismatch.naming import name_effects, next_measurement
-from mismatch.noise import frame_gain_sigma
 from mismatch.outside.told import told_outside
 from mismatch.poisson import expected_deviance
 from mismatch.refined import enlarged

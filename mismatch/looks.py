@@ -35,14 +35,20 @@ def deviance_at(nuisances: Nuisances, forms: tuple[Form, ...], x: np.ndarray, ex
 
 
 def equations(
-    nuisances: Nuisances, forms: tuple[Form, ...], x: np.ndarray, expected: np.ndarray, columns: np.ndarray
+    nuisances: Nuisances,
+    forms: tuple[Form, ...],
+    x: np.ndarray,
+    expected: np.ndarray,
+    columns: np.ndarray,
+    *,
+    nearly: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(N,) score and (N, N) information of coordinates, log gain first.
+    """(N,) score and (N, N) information of coordinates, log gain first. nearly: near enough for a step.
 
     The likelihood of effects that look is not that of the counts they end up with: its slopes are their own, and its
     curvature is estimated from how these scatter over the frames (Berndt, Hall, Hall and Hausman 1974).
     """
-    score, information = nuisances.normal_equations(expected, columns)
+    score, information = nuisances.normal_equations(expected, columns, nearly=nearly)
     settings, simulation = settings_at(forms, x), nuisances.simulation
     at = 1
     for form, setting in zip(forms, settings, strict=True):

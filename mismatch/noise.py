@@ -1,58 +1,76 @@
 """Nuisances, gain that fluctuates and a clock that was estimated: what they leave of a misfit."""
 
-from dataclasses import dataclass
-
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from mismatch.poisson import LEAST, deviance
+from mismatch.settled import Settled, changed
 from mismatch.simulation import Simulation
 
-MOST_SIGMA = 1.0
 # Steps of an estimated clock to its best, and deviance by which one must still gain; part of what one gained that the
-# next may at most. What is expected falls to no less than this part by it.
-TURNS, SETTLED, SLOWEST, LOWEST = 8, 1e-3, 0.25, 0.1
-# Twice the log-likelihood by which fluctuation must be better than none: one in twenty by chance, as it is no name but
-# what others are judged beside.
-SHOWN = 2.7
-# Twice the log-likelihood that speaks against it for good: one in a hundred by chance. Third differences of noise are
-# correlated, by the squares of which (0.75, 0.3, 0.05, on either side) so many tell as much as one that is not.
-REFUTED, ALIKE = 6.6, 2.31
+# next may at most. A step that gains nothing is halved so often.
+TURNS, SETTLED, SLOWEST, HALVINGS = 20, 1e-2, 0.25, 4
 
 
-@dataclass(frozen=True, eq=False)
 class Nuisances:
     """Each frame's signal times 1 + u, with u normal of mean 0 and relative standard deviation `sigma`.
 
     And a clock that was estimated, off by what is likeliest beside any model of the rest: `Simulation.loose` times b,
     with b normal of mean 0 and standard deviation 1. Neither has a name; both are at their best wherever models are
     compared (Pawitan 2001, In All Likelihood, section 17: penalised, as random effects are).
+
+    It remembers where the clock was, as models that are compared one after the other differ by little.
     """
 
-    simulation: Simulation
-    sigma: float
+    def __init__(self, simulation: Simulation, sigma: float) -> None:
+        """Of a simulation. sigma: relative, of frames' gains."""
+        self.simulation, self.sigma = simulation, sigma
+        self._last: tuple[np.ndarray, Settled] | None = None
+        self._near: np.ndarray | None = None
 
-    def settled(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(F, P, T) expected counts with an estimated clock at its best, and (K,) b.
+    def settled(self, expected: np.ndarray) -> Settled:
+        """Expected counts (F, P, T) with an estimated clock at its best."""
+        if self.simulation.loose is None:
+            return changed(expected, np.zeros_like(expected), np.zeros(0))
+        if self._last is None or self._last[0] is not expected:
+            self._last = expected, self._settled(expected)
+        return self._last[1]
 
-        By scoring steps with one information, taken anew where they gain less than they should: it hardly changes.
+    def _settled(self, expected: np.ndarray) -> Settled:
+        """See `settled`: by scoring steps from where the clock was, or from where it was estimated.
+
+        With one information, taken anew where they gain less than they should: it hardly changes.
         """
-        loose, inverses = self.simulation.loose_rows, self.simulation.inverses
-        if loose is None:
-            return expected, np.zeros(0)
-        mean, b, due = expected, np.zeros(len(loose)), np.inf
+        loose = self.simulation.loose_rows
+
+        def at(b: np.ndarray) -> tuple[float, Settled]:
+            there = changed(expected, (b.astype(loose.dtype) @ loose).reshape(expected.shape), b)
+            return self._cost(there), there
+
+        starts = [np.zeros(len(loose)), *([] if self._last is None else [self._last[1].b])]
+        lowest, now = min((at(b) for b in starts), key=lambda start: start[0])
+        due = np.inf
         for _ in range(TURNS):
-            gradient = self._score(mean, loose) - b
-            if self.sigma not in inverses or gradient @ inverses[self.sigma] @ gradient > due:
-                inverses[self.sigma] = np.linalg.inv(self._information(mean, mean, loose) + np.eye(len(b)))
-            step = inverses[self.sigma] @ gradient
+            gradient = self._score(now.mean, loose, now.by_clock) - now.b
+            anew = self._near is None or gradient @ self._near @ gradient > due
+            if anew:
+                self._near = self._inverse(now)
+            step = self._near @ gradient
             due = SLOWEST * gradient @ step
             if due < SLOWEST * SETTLED:
                 break
-            b = b + step
-            change = (b.astype(loose.dtype) @ loose).reshape(expected.shape)
-            mean = np.maximum(expected + change, LOWEST * expected)
-        return mean, b
+            tries = (at(now.b + part * step) for part in 0.5 ** np.arange(HALVINGS))
+            better = next(((cost, there) for cost, there in tries if cost < lowest), None)
+            if better is None and anew:
+                break
+            due = 0.0 if better is None else due
+            lowest, now = better or (lowest, now)
+        return now
+
+    def _cost(self, settled: Settled) -> float:
+        """Deviance with the frames' own gains at their best, b² for each number of the clock and u²/σ² for each."""
+        mean, b = settled.mean, settled.b
+        total = float(deviance(self.simulation.counts, self._with_gains(mean)).sum() + b @ b)
+        return total + (float((self.best(mean) ** 2).sum()) / self.sigma**2 if self.sigma else 0.0)
 
     def _pieces(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Signal (F, P, T), and by frame (F,) the score of u and its information, prior included."""
@@ -70,7 +88,7 @@ class Nuisances:
 
     def applied(self, expected: np.ndarray) -> np.ndarray:
         """(F, P, T) expected counts with the clock and the frames' own gains at their best."""
-        return self._with_gains(self.settled(expected)[0])
+        return self._with_gains(self.settled(expected).mean)
 
     def _with_gains(self, expected: np.ndarray) -> np.ndarray:
         """(F, P, T) expected counts with the frames' own gains at their best."""
@@ -80,55 +98,69 @@ class Nuisances:
 
     def deviance(self, expected: np.ndarray) -> float:
         """Deviance with the clock and the frames' own gains at their best, b² for each number and u²/σ² for each."""
-        expected, b = self.settled(expected)
-        total = float(deviance(self.simulation.counts, self._with_gains(expected)).sum() + b @ b)
-        return total + (float((self.best(expected) ** 2).sum()) / self.sigma**2 if self.sigma else 0.0)
+        return self._cost(self.settled(expected))
 
     def product(self, expected: np.ndarray, one: np.ndarray, other: np.ndarray) -> float:
         """Of two changes of expected counts (F, P, T), by the inverse covariance of all that scatters.
 
         That is photons, and few directions more: those of each frame's signal, and of the clock (Woodbury 1950).
         """
-        expected, rows = self.settled(expected)[0], np.stack([one.ravel(), other.ravel()])
-        information = self._information(expected, self._with_gains(expected), self._with_loose(rows))
-        found, mixed, inner = information[0, 1], information[:2, 2:], information[2:, 2:]
-        return float(found - mixed[0] @ np.linalg.solve(inner + np.eye(len(inner)), mixed[1]))
+        now, rows = self.settled(expected), np.stack([one.ravel(), other.ravel()])
+        mean, noisy, loose = now.mean, self._with_gains(now.mean), self.clock_rows(now)
+        found, mixed = self._information(mean, noisy, rows)[0, 1], self._information(mean, noisy, rows, loose)
+        inner = self._information(mean, noisy, loose) + np.eye(len(loose))
+        return float(found - mixed[0] @ np.linalg.solve(inner, mixed[1]))
 
-    def normal_equations(self, expected: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def normal_equations(
+        self, expected: np.ndarray, columns: np.ndarray, *, nearly: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(N,) score and (N, N) information of coordinates, the clock and the frames' gains projected out.
 
-        columns: (F·P·T, N) derivatives of expected counts.
+        columns: (F·P·T, N) derivatives of expected counts. nearly: with the information of the clock as it was
+        elsewhere, enough for a step: where the clock is at its best the score is the same.
         """
-        many, (expected, b) = columns.shape[1], self.settled(expected)
-        rows = self._with_loose(columns.T)
-        score, information = self._score(expected, rows), self._information(expected, expected, rows)
-        mixed = information[:many, many:]
-        taken = mixed @ np.linalg.inv(information[many:, many:] + np.eye(len(b)))
-        return score[:many] - taken @ (score[many:] - b), information[:many, :many] - taken @ mixed.T
+        now = self.settled(expected)
+        rows = columns.T if self.simulation.loose is None else columns.T * now.by_expected.ravel()
+        score, information = self._score(now.mean, rows), self._information(now.mean, now.mean, rows)
+        if self.simulation.loose is None:
+            return score, information
+        mixed = self._information(now.mean, now.mean, rows, loose := self.clock_rows(now))
+        taken = mixed @ (self._near if nearly else self._inverse(now))
+        return score - taken @ (self._score(now.mean, loose) - now.b), information - taken @ mixed.T
 
-    def _with_loose(self, rows: np.ndarray) -> np.ndarray:
-        """(N + K, F·P·T) changes, and those by the clock."""
+    def clock_rows(self, now: Settled) -> np.ndarray:
+        """(K, F·P·T) changes of counts with numbers of an estimated clock, where it is; no rows where it is known."""
         loose = self.simulation.loose_rows
-        return rows if loose is None else np.concatenate([rows, loose])
+        if loose is None:
+            return np.zeros((0, now.mean.size))
+        return loose * now.by_clock.ravel().astype(loose.dtype) if (now.by_clock != 1).any() else loose
 
-    def _score(self, expected: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(N,) of changes (N, F·P·T), the frames' gains projected out."""
+    def _inverse(self, now: Settled) -> np.ndarray:
+        """(K, K) of the information of numbers of the clock, prior included."""
+        loose = self.clock_rows(now)
+        return np.linalg.inv(self._information(now.mean, now.mean, loose) + np.eye(len(loose)))
+
+    def _score(self, expected: np.ndarray, rows: np.ndarray, slope: np.ndarray | float = 1.0) -> np.ndarray:
+        """(N,) of changes (N, F·P·T) times a slope of each cell, the frames' gains projected out."""
         mean = np.maximum(expected, LEAST)
-        score = rows @ (self.simulation.counts / mean - 1).ravel().astype(rows.dtype)
+        score = rows @ (slope * (self.simulation.counts / mean - 1)).ravel().astype(rows.dtype)
         if not self.sigma:
             return score
         signal, own, information = self._pieces(expected)
-        return score - _by_frame(signal / mean, rows) @ (own / information)
+        return score - _by_frame(slope * signal / mean, rows) @ (own / information)
 
-    def _information(self, expected: np.ndarray, mean: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(N, N) of changes (N, F·P·T), by photons that scatter about `mean`, and the frames' gains."""
-        mean = np.maximum(mean, LEAST)
-        information = (rows * (1 / mean).ravel().astype(rows.dtype)) @ rows.T
+    def _information(
+        self, expected: np.ndarray, mean: np.ndarray, rows: np.ndarray, others: np.ndarray | None = None
+    ) -> np.ndarray:
+        """(N, M) of changes (N, F·P·T) and (M, F·P·T), by photons that scatter about `mean`, and the frames' gains."""
+        mean, others = np.maximum(mean, LEAST), rows if others is None else others
+        information = (rows * (1 / mean).ravel().astype(rows.dtype)).astype(others.dtype, copy=False) @ others.T
         if self.sigma:
             signal = np.maximum(expected - self.simulation.dark, 0)
             each = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
             mixed = _by_frame(signal / mean, rows)
-            information = information - (mixed / each) @ mixed.T
+            theirs = mixed if others is rows else _by_frame(signal / mean, others)
+            information = information - (mixed / each) @ theirs.T
         return information
 
 
@@ -136,45 +168,3 @@ def _by_frame(weighted: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """(N, F) products of changes with weighted signal (F, P, T), frame by frame."""
     flat = weighted.reshape(len(weighted), -1)
     return np.einsum("fc,nfc->nf", flat, rows.reshape(-1, *flat.shape))
-
-
-def frame_gain_sigma(simulation: Simulation, expected: np.ndarray, *, slow: bool = False) -> float:
-    """Relative standard deviation of the frames' gains, 0 where the data show none.
-
-    Maximum likelihood from differences of successive frames: what changes slowly is a cause of its own, not noise.
-    slow: from the frames themselves, if differences do not speak against it; for where no cause was found. They tell
-    less, and of noise that shows they miss what by chance is slow.
-    """
-    if len(expected) < 4:
-        return 0.0
-    mean = np.maximum(expected, LEAST)
-    signal = np.maximum(expected - simulation.dark, 0)
-    information = (signal**2 / mean).sum(axis=(1, 2))
-    if not (information > 0).all():
-        return 0.0
-    u = (signal * (simulation.counts / mean - 1)).sum(axis=(1, 2)) / information
-    # Third differences are blind to parabolas.
-    weights = np.array([1, -3, 3, -1]) / np.sqrt(20)
-    told = np.convolve(u, weights, "valid"), np.convolve(1 / information, weights**2, "valid")
-    sigma = _shown(*told)
-    if not slow:
-        return sigma
-    every = _shown(u - np.average(u, weights=information), 1 / information)
-    against = (_loss(every, *told) - _loss(sigma, *told)) / ALIKE
-    return sigma if against > REFUTED else max(sigma, every)
-
-
-def _loss(sigma: float, deviates: np.ndarray, poisson: np.ndarray) -> float:
-    """Minus twice the log-likelihood of normal deviates of variance sigma² beyond Poisson's."""
-    variance = sigma**2 + poisson
-    return float((np.log(variance) + deviates**2 / variance).sum())
-
-
-def _shown(deviates: np.ndarray, poisson: np.ndarray) -> float:
-    """The likeliest sigma, 0 where that is hardly better than none."""
-    found = minimize_scalar(
-        lambda log_sigma: _loss(np.exp(log_sigma), deviates, poisson),
-        bounds=(np.log(1e-6), np.log(MOST_SIGMA)),
-        method="bounded",
-    )
-    return float(np.exp(found.x)) if _loss(0.0, deviates, poisson) - found.fun > SHOWN else 0.0

@@ -27,8 +27,7 @@ class Projection:
             signal = np.maximum(fitted.expected - simulation.dark, 0)
             white = signal * self.root.reshape(self.shape)
             self.signal = white, np.sqrt((white**2).sum(axis=(1, 2)) + 1 / nuisances.sigma**2)
-        loose = simulation.loose_rows
-        own = fitted.columns if loose is None else np.concatenate([fitted.columns.T, loose]).T
+        own = np.concatenate([fitted.columns.T, nuisances.clock_rows(nuisances.settled(fitted.expected))]).T
         own = self.frames_out(own * self.root[:, None])
         scale = np.sqrt((own**2).sum(axis=0))
         own = own[:, scale > TINY] / scale[scale > TINY]

@@ -9,12 +9,12 @@ from mismatch.blocks import finer, halves
 from mismatch.clock_slopes import loosened
 from mismatch.economy import economical
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
+from mismatch.fluctuation import frame_gain_sigma
 from mismatch.form import Form
 from mismatch.gained import falls_short
 from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.likelier_response import likelier_clock
 from mismatch.naming import Contest, contested
-from mismatch.noise import frame_gain_sigma
 from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
 from mismatch.trust import as_given, trusted

@@ -7,9 +7,9 @@ import numpy as np
 from mismatch.candidates import Candidate, candidates_of, cost, price
 from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
+from mismatch.fluctuation import frame_gain_sigma
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
-from mismatch.noise import frame_gain_sigma
 from mismatch.poisson import expected_deviance
 from mismatch.ranking import ranked
 from mismatch.refined import refined

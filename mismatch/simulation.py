@@ -75,11 +75,6 @@ class Simulation:
             return None
         return (self.loose if self.trust is None else self.loose * self.trust).reshape(len(self.loose), -1)
 
-    @cached_property
-    def inverses(self) -> dict[float, np.ndarray]:
-        """(K, K) of the information of these numbers near where they are, by how much gains fluctuate."""
-        return {}
-
     def trusting(self, trust: np.ndarray | None) -> "Simulation":
         """The same with its counts trusted as far as (F, P, T) `trust` says, whatever it was before."""
         if trust is None and self.trust is None:

@@ -94,3 +94,15 @@ def drawn(rig, simulated):
         return simulated(np.random.default_rng(seed).poisson(rig.expected(*effects)))
 
     return draw
+
+
+@pytest.fixture(scope="session")
+def fluctuating(rig, simulated):
+    """fluctuating(seed, factors): the simulation beside Poisson counts, the light of each frame times a factor."""
+    signal = rig.expected() - BACKGROUND[:, None]
+
+    def draw(seed, factors):
+        mean = np.maximum(factors, 0)[:, None, None] * signal + BACKGROUND[:, None]
+        return simulated(np.random.default_rng(seed).poisson(mean))
+
+    return draw

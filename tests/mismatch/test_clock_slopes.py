@@ -112,7 +112,7 @@ def test_changes_are_multiplied_by_the_inverse_covariance_of_photons_gains_and_c
     simulation = loose[0].of(np.arange(2))
     expected = simulation.expected(rig.gain)
     nuisances = Nuisances(simulation, sigma)
-    mean, settled = nuisances.applied(expected), nuisances.settled(expected)[0]
+    mean, settled = nuisances.applied(expected), nuisances.settled(expected).mean
     covariance = np.diag(mean.ravel()) + np.tensordot(simulation.loose, simulation.loose, (0, 0)).reshape(
         mean.size, mean.size
     )

@@ -8,72 +8,16 @@ from scipy.stats import norm, poisson
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.gained import gained
-from mismatch.noise import Nuisances, frame_gain_sigma
+from mismatch.noise import Nuisances
 from physics.effects import find_effect
 
 from .conftest import BACKGROUND, FRAMES
 
 
-def fluctuating(rig, simulated, seed, factors):
-    signal = rig.expected() - BACKGROUND[:, None]
-    mean = np.maximum(factors, 0)[:, None, None] * signal + BACKGROUND[:, None]
-    return simulated(np.random.default_rng(seed).poisson(mean))
-
-
-def estimated(simulation, slow=False):
-    return frame_gain_sigma(simulation, fit_nominal(simulation).expected, slow=slow)
-
-
-def test_the_fluctuation_put_in_is_found(rig, simulated):
-    found = []
-    for seed in range(40):
-        factors = 1 + 0.05 * np.random.default_rng([1, seed]).normal(size=FRAMES)
-        found.append(estimated(fluctuating(rig, simulated, seed, factors)))
-    # Third differences of 24 frames are worth 9 independent numbers: 24 % each, 4 % of the mean square of 40.
-    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(0.05, rel=0.12)
-    assert min(found) > 0.01
-    assert max(found) < 0.1
-
-
-def test_frames_themselves_tell_more_of_fluctuation_than_their_differences(rig, simulated):
-    found = []
-    for seed in range(40):
-        factors = 1 + 0.05 * np.random.default_rng([1, seed]).normal(size=FRAMES)
-        found.append([estimated(fluctuating(rig, simulated, seed, factors), slow) for slow in (False, True)])
-    differences, frames = np.transpose(found)
-    # 23 independent numbers: 15 % each.
-    assert np.std(frames) < np.std(differences)
-    assert frames.mean() == pytest.approx(0.05, rel=0.15)
-    assert (frames >= differences).all()
-
-
-def test_fluctuation_that_is_slow_by_chance_is_seen_where_no_cause_was(rig, simulated):
-    """A wave of nine frames, of which third differences keep a third."""
-    wave = 0.012 * np.sin(2 * np.pi * np.arange(FRAMES) / 9)
-    simulation = fluctuating(rig, simulated, 9, 1 + wave)
-    assert estimated(simulation) == 0.0
-    assert estimated(simulation, slow=True) == pytest.approx(0.012 / np.sqrt(2), rel=0.5)
-
-
-def test_none_is_found_where_there_is_none(drawn):
-    assert [estimated(drawn([2, seed])) for seed in range(10)] == [0.0] * 10
-
-
-def test_a_slow_drift_is_not_taken_for_fluctuation(rig, simulated):
-    drift = 1 + 0.2 * np.linspace(-1, 1, FRAMES) ** 2
-    simulation = fluctuating(rig, simulated, 3, drift)
-    assert estimated(simulation) == 0.0
-    assert estimated(simulation, slow=True) == 0.0
-
-
-def test_too_few_frames_show_none(drawn):
-    assert estimated(drawn(4).of(np.arange(3))) == 0.0
-
-
-def test_gains_and_deviance_are_those_of_the_penalised_likelihood(rig, simulated):
+def test_gains_and_deviance_are_those_of_the_penalised_likelihood(rig, fluctuating):
     sigma = 0.03
     factors = 1 + sigma * np.random.default_rng(5).normal(size=FRAMES)
-    simulation = fluctuating(rig, simulated, 6, factors)
+    simulation = fluctuating(6, factors)
     expected = rig.expected()
     nuisances = Nuisances(simulation, sigma)
     u = nuisances.best(expected)
@@ -95,8 +39,8 @@ def test_gains_and_deviance_are_those_of_the_penalised_likelihood(rig, simulated
 
 
 @pytest.mark.parametrize("sigma", [0.0, 0.04])
-def test_normal_equations_are_those_with_a_parameter_for_every_frame(rig, simulated, sigma):
-    simulation = fluctuating(rig, simulated, 7, np.ones(FRAMES))
+def test_normal_equations_are_those_with_a_parameter_for_every_frame(rig, fluctuating, sigma):
+    simulation = fluctuating(7, np.ones(FRAMES))
     expected = rig.expected()
     columns = np.random.default_rng(8).normal(size=(expected.size, 3)) * np.sqrt(expected).reshape(-1, 1)
     score, information = Nuisances(simulation, sigma).normal_equations(expected, columns)
@@ -132,13 +76,13 @@ def test_changes_are_multiplied_by_the_inverse_covariance_of_photons_and_gains(d
     assert nuisances.product(expected, one, other) == pytest.approx(closed, rel=1e-6)
 
 
-def test_a_drift_stands_out_of_gain_that_fluctuates(rig, simulated):
+def test_a_drift_stands_out_of_gain_that_fluctuates(fluctuating):
     """Its z on frames held out scatters by 1 about the root of what it should gain there."""
     sigma, away = 0.01, []
     drift = 1 + 0.05 * np.linspace(-1, 1, FRAMES)
     for seed in range(20):
         rng = np.random.default_rng([9, seed])
-        simulation = fluctuating(rig, simulated, seed, drift * (1 + sigma * rng.normal(size=FRAMES)))
+        simulation = fluctuating(seed, drift * (1 + sigma * rng.normal(size=FRAMES)))
         test = simulation.of(np.arange(1, FRAMES, 2))
         (form, *_) = forms_of(find_effect("gain_drift"), {"zone": 4, "bin": 48})
         less = fit_nominal(simulation, sigma)
