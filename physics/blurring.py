@@ -1,6 +1,9 @@
 """Maps that are blurred, or sharpened, along with what they were: by a discrete Gaussian, a disc, a haze, a power."""
 
+import threading
+import weakref
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.fft import dctn, idctn
@@ -30,12 +33,16 @@ class Blur:
 
     def __call__(self, table: np.ndarray) -> np.ndarray:
         """(P, Y, X) double: what little a slight blur takes away is not lost in rounding."""
-        return np.stack(in_parallel(self._zone, table))
+        said = abs(self.variance_px2), self.taller, self.flat, self.coarse, self.steps_px
+        passed = transform(table.shape[1:], *said) if self.variance_px2 else None
+        spectra = [None] * len(table) if passed is None else _spectra(table)
+        return np.stack(in_parallel(partial(self._zone, passed=passed), zip(table, spectra, strict=True)))
 
-    def _zone(self, zone: np.ndarray) -> np.ndarray:
-        """(Y, X) of one zone."""
-        zone = zone.astype(float)
-        zone = self._blurred(zone) if self.variance_px2 else zone
+    def _zone(self, one: tuple[np.ndarray, np.ndarray | None], passed: np.ndarray | None) -> np.ndarray:
+        """(Y, X) of one zone, and its cosine transform. passed: of which so much is left."""
+        zone, spectrum = one[0].astype(float), one[1]
+        if spectrum is not None:
+            zone = self._blurred(zone, np.maximum(idctn(spectrum * passed, overwrite_x=True), 0))
         if self.haze:
             zone = zone + self.haze * (blurred(zone, self.wide_px2) - zone)
         most = zone.max()
@@ -44,9 +51,8 @@ class Blur:
         steep = np.maximum(zone / most, 0) ** (1 + self.steeper)
         return steep * (zone.sum() / steep.sum())
 
-    def _blurred(self, zone: np.ndarray) -> np.ndarray:
-        """(Y, X) of one zone, blurred or sharpened."""
-        spread = blurred(zone, abs(self.variance_px2), self.taller, self.flat, self.coarse, self.steps_px)
+    def _blurred(self, zone: np.ndarray, spread: np.ndarray) -> np.ndarray:
+        """(Y, X) of one zone, blurred, as it is `spread`, or sharpened."""
         if self.variance_px2 > 0:
             return spread
         sharp = np.maximum(zone + self.amount * (zone - spread), 0)
@@ -54,15 +60,20 @@ class Blur:
         return sharp * (zone.sum() / total) ** self.kept if total > 0 else zone
 
 
-def blurred(
-    image: np.ndarray,
+def blurred(image: np.ndarray, variance_px2: float) -> np.ndarray:
+    """(Y, X) after diffusion for a time of that variance, no flux through the edges."""
+    return np.maximum(idctn(dctn(image) * transform(image.shape, variance_px2)), 0)
+
+
+def transform(
+    shape: tuple[int, int],
     variance_px2: float,
     taller: float = 0.0,
     flat: float = 0.0,
     coarse: float = 0.0,
     steps_px: tuple[float, float] = (1.0, 1.0),
 ) -> np.ndarray:
-    """(Y, X) after diffusion for a time of that variance, no flux through the edges; faster down where `taller`.
+    """(Y, X) by which cosines of an image fall in diffusion of that variance; faster down where `taller`.
 
     The cosine of frequency ω decays with 1 − cos ω: eigenvalue of half the second difference. Where `coarse`, so much
     of the kernel steps by d pixels, steps_px down and along, and that decays with (1 − cos ωd)/d². Where `flat`, so
@@ -70,7 +81,7 @@ def blurred(
     transform is 2 J₁(ωR) / (ωR) (Bracewell, The Fourier Transform and Its Applications, chapter 12).
     """
     each = variance_px2 * np.exp(taller), variance_px2 * np.exp(-taller)
-    waves = tuple(np.pi * np.arange(n) / n for n in image.shape)
+    waves = tuple(np.pi * np.arange(n) / n for n in shape)
 
     def diffused(steps: tuple[float, float]) -> np.ndarray:
         down, along = (one * (1 - np.cos(wave * d)) / d**2 for one, wave, d in zip(each, waves, steps, strict=True))
@@ -83,4 +94,21 @@ def blurred(
         radii = (2 * np.sqrt(one) * wave for one, wave in zip(each, waves, strict=True))
         across = np.maximum(np.hypot.outer(*radii), 1e-9)
         decay = (1 - flat) * decay + flat * 2 * j1(across) / across
-    return np.maximum(idctn(dctn(image) * decay), 0)
+    return decay
+
+
+class _Spectra:
+    """(P, Y, X) cosine transforms of the table that was asked for last, which fits ask for again and again."""
+
+    def __init__(self) -> None:
+        self._lock, self._of, self._made = threading.Lock(), None, None
+
+    def __call__(self, table: np.ndarray) -> np.ndarray:
+        """To read only."""
+        with self._lock:
+            if self._of is None or self._of() is not table:
+                self._of, self._made = weakref.ref(table), dctn(table.astype(float), axes=(1, 2))
+            return self._made
+
+
+_spectra = _Spectra()
