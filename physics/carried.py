@@ -9,7 +9,7 @@ from physics.bodies import Body, bodies
 from physics.kept import kept_of_session
 from physics.light import Light, Return
 from physics.light_between import JUMP, neighbours
-from physics.seen_from import filled, gather, put, sources
+from physics.seen_from import filled, from_there, gather, put, sources
 from physics.workers import in_parallel
 
 # What is not known is taken to be so far away that it turns with the camera alone.
@@ -125,14 +125,15 @@ def _seen(
             continue
         guess = FAR_M if rest else float(np.median(light.range_m[at][known]))
         mine = np.where(known, light.range_m[at], np.float32(0))
-        where, left = sources(mine, light.rays, light.intrinsics, way, np.linalg.inv(way), guess)
+        then, ahead = from_there(mine, light.rays, way)
+        where, left = sources(ahead, light.rays, light.intrinsics, np.linalg.inv(way), guess)
         pixel = where[..., 0]
-        fills, reaches = filled(mine, where, left, light.rays, way)
+        fills, reaches = filled(then, where, left)
         covers += np.float32(weights[side]) * fills
         far += np.float32(weights[side]) * reaches
         for k, sent in enumerate(light.returns):
             strength = np.where(mask, sent.strength[at], 0) * np.float32(weights[side])
-            gather(mine, sent.range_m[at], strength, light.rays, way, where, left, found[k, side])
+            gather(mine, then, sent.range_m[at], strength, where, left, found[k, side])
     there_is = covers > 0
     ranges = np.where(there_is, far / np.where(there_is, covers, 1), np.inf)
     if rest:

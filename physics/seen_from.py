@@ -29,47 +29,64 @@ def pixel(intrinsics, x, y, z):
 
 
 @njit(nogil=True, cache=True)
-def filled(ranges, where, left, rays, there):
-    """(2, H, W) how much of each pixel is filled by what four pixels of a frame see, and its range in that sum."""
+def from_there(ranges, rays, there):
+    """(2, H, W) how far what each pixel of a frame sees is from another camera, and how far ahead of it; else 0.
+
+    ranges: (H, W) metres, 0 where nothing is seen. there: (4, 4) that camera from the frame's.
+    """
     height, width = ranges.shape
-    out = np.zeros((2, height, width), np.float32)
+    out = np.zeros((2, height, width))
     for v in range(height):
         for u in range(width):
-            for k in range(4):
-                row, column = where[v, u, k] // width, where[v, u, k] % width
-                r = ranges[row, column]
-                if not r > 0:
-                    continue
-                one = rays[row, column]
+            r, one = ranges[v, u], rays[v, u]
+            if r > 0:
                 z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-                point = moved(there, z * one[0], z * one[1], z * one[2])
-                out[0, v, u] += left[v, u, k]
-                out[1, v, u] += left[v, u, k] * np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2)
+                x, y, z = moved(there, z * one[0], z * one[1], z * one[2])
+                out[0, v, u], out[1, v, u] = np.sqrt(x * x + y * y + z * z), z
     return out
 
 
 @njit(nogil=True, cache=True)
-def sources(ranges, rays, intrinsics, there, back, guess):
+def filled(then, where, left):
+    """(2, H, W) how much of each pixel is filled by what four pixels of a frame see, and its range in that sum.
+
+    then: (H, W) as `from_there` gives it.
+    """
+    height, width = then.shape
+    out = np.zeros((2, height, width), np.float32)
+    for v in range(height):
+        for u in range(width):
+            for k in range(4):
+                far = then[where[v, u, k] // width, where[v, u, k] % width]
+                if far > 0:
+                    out[0, v, u] += left[v, u, k]
+                    out[1, v, u] += left[v, u, k] * far
+    return out
+
+
+@njit(nogil=True, cache=True)
+def sources(ahead, rays, intrinsics, back, guess):
     """(H, W, 4) pixels of a frame around the point that each pixel of another camera sees, and (H, W, 4) shares.
 
-    there: (4, 4) that camera from the frame's. back: the other way. guess: metres, how far away it may be. The nearest
-    comes first. Beyond the border is the border.
+    ahead: (H, W) as `from_there` gives it. back: (4, 4) the frame's camera from the other. guess: metres, how far away
+    it may be. The nearest comes first. Beyond the border is the border.
     """
-    height, width = ranges.shape
+    height, width = ahead.shape
     where = np.empty((height, width, 4), np.int32)
     left = np.empty((height, width, 4), np.float32)
     for v in range(height):
         for u in range(width):
             ray = rays[v, u]
-            x, y, depth = float(u), float(v), guess
+            x, y, depth, last = float(u), float(v), guess, -1
             for _ in range(BETTERED):
                 column = min(max(int(np.rint(x)), 0), width - 1)
                 row = min(max(int(np.rint(y)), 0), height - 1)
-                r = ranges[row, column]
-                if r > 0:
-                    one = rays[row, column]
-                    z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-                    depth = max(moved(there, z * one[0], z * one[1], z * one[2])[2], LEAST_M)
+                if row * width + column == last:
+                    break  # It would be the same again.
+                last = row * width + column
+                z = ahead[row, column]
+                if z != 0:
+                    depth = max(z, LEAST_M)
                 at = moved(back, depth * ray[0], depth * ray[1], depth * ray[2])
                 if at[2] > 0:
                     x, y = pixel(intrinsics, at[0], at[1], at[2])
@@ -89,10 +106,11 @@ def sources(ranges, rays, intrinsics, there, back, guess):
 
 
 @njit(nogil=True, cache=True)
-def gather(direct, ranges, sent, rays, there, where, left, out):
+def gather(direct, then, ranges, sent, where, left, out):
     """Fill (4, 2, H, W) `out` with range and strength that each pixel sees of four pixels of a frame.
 
-    direct: (H, W) range of the surface each pixel sees. ranges, sent: (H, W) of a way of light.
+    direct, then: (H, W) range of the surface each pixel sees, and as `from_there` gives it. ranges, sent: (H, W) of a
+    way of light.
     """
     height, width = direct.shape
     seen, changed = np.empty(4), np.empty(4)
@@ -105,11 +123,8 @@ def gather(direct, ranges, sent, rays, there, where, left, out):
                 seen[k], changed[k] = 1.0, 0.0
                 if not (r > 0 and s > 0):
                     continue
-                one = rays[row, column]
-                z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-                point = moved(there, z * one[0], z * one[1], z * one[2])
-                then = max(np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2), LEAST_M)
-                seen[k], changed[k] = max(ranges[row, column] + then - r, LEAST_M), s * (r / then) ** 2
+                now = max(then[row, column], LEAST_M)
+                seen[k], changed[k] = max(ranges[row, column] + now - r, LEAST_M), s * (r / now) ** 2
                 near, far = min(near, seen[k]), max(far, seen[k])
                 total, mean = total + changed[k], mean + seen[k] * changed[k]
             if total > 0 and far <= near * (1 + ONE_SURFACE):
