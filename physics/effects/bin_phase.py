@@ -10,14 +10,11 @@ from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
 from physics.highest_pulse import highest_turns
-from physics.pulse import ImpulseResponse
+from physics.largest_share import PHASES, largest_part, largest_share
 from physics.rendering import Rendering
 
 # Between two knots the modulation is taken to be linear: off by (π / knots)² / 2 of the depth at most, 0.5 %.
 LEAST_PER_BIN = 32
-
-# A bin is gone through in so many steps to see what its largest share of a pulse is.
-PHASES = 64
 
 # Harmonics of the phase that a shape other than a cosine has.
 HIGHER = ("cos_2", "sin_2", "cos_3", "sin_3")
@@ -38,6 +35,9 @@ class BinPhase(Effect):
 
     So where the bins of each zone begin elsewhere and each has a phase of its own: all light of a zone and frame counts
     1 + along · cos(2πt̄/bin_width) + across · sin(2πt̄/bin_width) times.
+
+    Where the largest bin of a histogram tells, all light of a zone and frame counts by the part of it that is in there,
+    over the mean such part of a pulse alone, to the power of `peaked`: less, too, where depths differ.
 
     Maps that were read off the largest bin in a scan hold it as well: over the plane of the scan the pulse's place in
     its bin goes round with distance, in rings, by which zones do not see better or worse. They are maps over the
@@ -61,6 +61,7 @@ class BinPhase(Effect):
         ("whole", "phase", "highest"),
         ("along", "across"),
         ("ringed",),
+        ("peaked",),
         ("depth", "phase", *HIGHER),
         ("whole", "phase", *HIGHER),
         ("whole", "phase", "highest", *HIGHER),
@@ -115,6 +116,7 @@ class BinPhase(Effect):
             axis="zone",
             sentence="By what part one counts more that is a quarter of a bin after its start.",
         ),
+        Parameter("peaked", "1", 0.0, 3.0, 0.3, "Power of the largest bin's share by which light counts.", 0.0),
         Parameter(
             "ringed", "1", 0.0, 20.0, 1.0, "Power of the largest bin's share that maps hold; 1 where they are its.", 0.0
         ),
@@ -167,14 +169,10 @@ class BinPhase(Effect):
                 mean = mean + values["highest"] * (highest_turns(arrivals, rendering.clock) - mean)
             own = along * np.cos(2 * np.pi * mean) + across * np.sin(2 * np.pi * mean)
             times = times * np.maximum(1 + whole * _wave(values, mean - values["phase"]) + own, 0)
+        if values["peaked"]:
+            alone = largest_share(rendering.clock.pulse, rendering.clock.bin_width_s).mean()
+            times = times * ((largest_part(arrivals) / alone) ** values["peaked"])[..., None]
         return replace(arrivals, light=arrivals.light * np.maximum(times, 0))
-
-
-def largest_share(pulse: ImpulseResponse, bin_width_s: float) -> np.ndarray:
-    """(PHASES,) share of a pulse in its largest bin, by where in a bin it arrives, from its start on."""
-    first, last = (int(np.floor(end / bin_width_s)) for end in pulse.edges[[0, -1]])
-    edges = np.arange(first, last + 3) - np.arange(PHASES)[:, None] / PHASES
-    return np.diff(pulse.cumulative(edges * bin_width_s), axis=-1).max(axis=-1)
 
 
 def _wave(values: Values, turns: np.ndarray, per_bin: float = np.inf) -> np.ndarray:

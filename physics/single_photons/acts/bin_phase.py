@@ -21,6 +21,7 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     if values["ringed"]:
         world = _without_rings(world, values["ringed"], values["taken_at"] or calibration_depth(world))
     most = (1 + np.max(values["depth"]) * _highest(values)) * _most_of_whole(values)
+    most *= max(float(_fullest(world, values["peaked"]).max()), 1.0)
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
 
@@ -39,6 +40,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     own = (_by_zone_alone(values) * np.exp(2j * np.pi * mean)).real[photons.zone]
     swell = np.where(pixel, whole * _shape(values, mean)[photons.zone] + own, 0)
     kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + swell
+    peaked = _fullest(world, values["peaked"])
+    kept &= rng.random(len(photons)) * max(float(peaked.max()), 1.0) < np.where(pixel, peaked[photons.zone], 1)
     return photons.only(kept)
 
 
@@ -49,15 +52,41 @@ def _without_rings(world: World, power: float, depth_m: float) -> World:
     """
     if np.isinf(depth_m):
         return world
-    step = world.pulse_time_s[1] - world.pulse_time_s[0]
-    pieces = (world.pulse_time_s[:, None] + step * ((np.arange(PIECES) + 0.5) / PIECES - 0.5)).ravel()
-    places, part = (np.arange(PLACES) + 0.5) / PLACES, np.repeat(world.pulse / PIECES, PIECES)
-    bins = [np.floor(pieces / world.bin_width_s + place).astype(int) for place in places]
-    fullest = np.array([np.bincount(at - at.min(), part).max() for at in bins])
+    places, fullest = _fullest_by_place(world)
     plane = replace(world, depth_m=np.full_like(world.depth_m, depth_m)).range_m
     turn = (world.time_zero_s[:, None, None] + 2 * plane / speed_of_light) / world.bin_width_s
     left = np.interp(turn % 1, places, fullest, period=1) / fullest.mean()
     return replace(world, weights=world.weights / left**power)
+
+
+def _pieces(world: World) -> tuple[np.ndarray, np.ndarray]:
+    """Times and parts of narrow pieces of the pulse, whose sum is 1."""
+    step = world.pulse_time_s[1] - world.pulse_time_s[0]
+    pieces = (world.pulse_time_s[:, None] + step * ((np.arange(PIECES) + 0.5) / PIECES - 0.5)).ravel()
+    return pieces, np.repeat(world.pulse / PIECES, PIECES)
+
+
+def _fullest_by_place(world: World) -> tuple[np.ndarray, np.ndarray]:
+    """Places in a bin, and what part of a pulse that arrives there is in its fullest bin."""
+    (pieces, part), places = _pieces(world), (np.arange(PLACES) + 0.5) / PLACES
+    bins = [np.floor(pieces / world.bin_width_s + place).astype(int) for place in places]
+    return places, np.array([np.bincount(at - at.min(), part).max() for at in bins])
+
+
+def _fullest(world: World, power: float) -> np.ndarray:
+    """(P,) what part of each zone's pulse is in its fullest bin, over the mean of a pulse alone, to a power."""
+    if not power:
+        return np.ones(world.zones)
+    (pieces, part), (_, alone) = _pieces(world), _fullest_by_place(world)
+    found = []
+    for turns, share in zip(*_returns(world), strict=True):
+        bins = np.zeros(world.bins)
+        for turn, sent in zip(turns[share > 0], share[share > 0], strict=True):
+            at = np.floor(turn + pieces / world.bin_width_s).astype(int)
+            within = (at >= 0) & (at < world.bins)
+            bins += sent * np.bincount(at[within], part[within], world.bins)
+        found.append(bins.max() / bins.sum() if bins.any() else alone.mean())
+    return (np.array(found) / alone.mean()) ** power
 
 
 def _shape(values: Values, turn: np.ndarray) -> np.ndarray:
@@ -82,14 +111,18 @@ def _highest(values: Values) -> float:
     return 1 + sum(abs(values[f"{of}_{k}"]) for of in ("cos", "sin") for k in (2, 3))
 
 
-def _mean_turns(world: World, highest: float) -> np.ndarray:
-    """(P,) bins from the start of the first to where the middle of a zone's light arrives, or of its highest pulse."""
+def _returns(world: World) -> tuple[np.ndarray, np.ndarray]:
+    """(P, N) each: bins from the start of the first to where light of each pixel arrives, and how much of it."""
     sent = world.reflectance * world.gloss * world.cosine / world.range_m**2
     sent = np.where(np.isfinite(sent) & (world.cosine > 0), sent, 0)
     share = (world.weights * sent).reshape(world.zones, -1)
     way = 2 * np.nan_to_num(world.range_m).ravel() / speed_of_light
-    turns = (world.time_zero_s[:, None] + way) / world.bin_width_s
-    return np.array([_middle(*zone, world, highest) for zone in zip(turns, share, strict=True)])
+    return (world.time_zero_s[:, None] + way) / world.bin_width_s, share
+
+
+def _mean_turns(world: World, highest: float) -> np.ndarray:
+    """(P,) bins from the start of the first to where the middle of a zone's light arrives, or of its highest pulse."""
+    return np.array([_middle(*zone, world, highest) for zone in zip(*_returns(world), strict=True)])
 
 
 def _middle(turns: np.ndarray, share: np.ndarray, world: World, highest: float) -> float:

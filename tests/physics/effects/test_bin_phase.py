@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from physics.clock import Clock
-from physics.effects.bin_phase import LEAST_PER_BIN, effect, largest_share
+from physics.effects.bin_phase import LEAST_PER_BIN, effect
 from physics.effects.time_zero_offset import effect as offset
+from physics.largest_share import largest_share
 from physics.light import Return
 from physics.nominal import ForwardModel
 from physics.pulse import two_piece_pulse
@@ -165,6 +166,17 @@ def test_the_largest_share_is_that_of_the_bins(step):
     for i in (0, 7, 33, 63):
         arrival = (20 + i / len(found)) * width
         assert found[i] == pytest.approx(pulse.in_bins(np.array([arrival]), 60, width).max(), abs=1e-12)
+
+
+def test_light_counts_by_the_largest_bins_part(small):
+    """By histograms without it, zone by zone and frame by frame."""
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    plain = model.expected(1e3)
+    alone = largest_share(small.clock.pulse, small.clock.bin_width_s).mean()
+    times = (plain.max(axis=2) / plain.sum(axis=2) / alone) ** 0.7
+    assert np.ptp(times) > 0.05
+    found = model.expected(1e3, [effect.at(peaked=0.7, depth=0.0)])
+    np.testing.assert_allclose(found, plain * times[..., None], rtol=1e-9)
 
 
 def test_maps_that_were_read_off_the_largest_bin_hold_rings(small):
