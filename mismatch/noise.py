@@ -30,7 +30,7 @@ class Nuisances:
     def settled(self, expected: np.ndarray) -> Settled:
         """Expected counts (F, P, T) with an estimated clock at its best."""
         if self.simulation.loose is None:
-            return changed(expected, np.zeros_like(expected), np.zeros(0))
+            return Settled(expected, np.zeros(0), np.ones(1), np.ones(1))
         if self._last is None or self._last[0] is not expected:
             self._last = expected, self._settled(expected)
         return self._last[1]

@@ -10,7 +10,7 @@ class Settled:
     """Expected counts beside a clock that was moved.
 
     mean: (F, P, T) counts. b: (K,) how far the clock is off, in standard deviations of its numbers. by_expected,
-    by_clock: (F, P, T) derivatives of `mean` by what was expected and by what the clock changes.
+    by_clock: (F, P, T) derivatives of `mean` by what was expected and by what the clock changes, or (1,) for all.
     """
 
     mean: np.ndarray

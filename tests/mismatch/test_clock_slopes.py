@@ -142,6 +142,20 @@ def test_slopes_of_a_fit_are_those_of_its_deviance(loose, rig):
     assert 2 * information[0, 0] == pytest.approx(bend, rel=0.1)
 
 
+@pytest.mark.parametrize("sigma", [0.0, 0.02])
+def test_a_step_with_the_clocks_information_from_elsewhere_goes_the_same_way(loose, rig, sigma):
+    """The score is that with its own; the information is near it."""
+    simulation, _ = loose
+    nuisances, expected = Nuisances(simulation, sigma), simulation.expected(rig.gain)
+    columns = np.stack([(0.3 * np.roll(expected, k, axis=2)).ravel() for k in (2, 7)], axis=1)
+    nuisances.deviance(1.1 * expected)
+    score, information = nuisances.normal_equations(expected, columns)
+    nearly, near = nuisances.normal_equations(expected, columns, nearly=True)
+    np.testing.assert_allclose(nearly, score, atol=0.1 * np.sqrt(np.diag(information)).min())
+    np.testing.assert_allclose(near, information, rtol=0.2, atol=0.02 * np.abs(information).max())
+    assert (near != information).any()
+
+
 def test_a_shift_that_a_loose_clock_explains_is_no_effect(drawn, rig):
     """All arrivals later: with a clock that is given it stands out, with one that was estimated it does not."""
     simulation = drawn(4, "time_zero_offset", delay=40e-12)
