@@ -9,7 +9,7 @@ from physics.bodies import Body, bodies
 from physics.kept import kept_of_session
 from physics.light import Light, Return
 from physics.light_between import JUMP, neighbours
-from physics.seen_from import filled, from_there, gather, put, sources
+from physics.seen_from import filled, from_there, gather, looking, put, sources
 from physics.workers import in_parallel
 
 # What is not known is taken to be so far away that it turns with the camera alone.
@@ -76,8 +76,9 @@ def carried(
         for mine, its in permutations(range(len(things)), 2):
             clear[mine] *= np.where(seen[its].range_m < seen[mine].range_m, 1 - seen[its].covers, 1)
         for mine, left in zip(seen, clear, strict=True):
-            for way in mine.found.reshape(-1, 2, *shape[1:]):
-                put(way[0], way[1] * left, out[:, 0, i], out[:, 1, i])
+            to = out[:, :, i, *mine.box]
+            for way in mine.found.reshape(-1, *mine.found.shape[3:]) if mine.found.size else ():
+                put(way[0], way[1] * left[mine.box], to[:, 0], to[:, 1])
         most = np.argmax([mine.covers * left for mine, left in zip(seen, clear, strict=True)], axis=0)[None]
         pixel, found = (
             np.take_along_axis(np.stack(of), most, axis=0)[0]
@@ -95,11 +96,12 @@ def carried(
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """A thing as it is seen by then. found: (N, 2, 4, 2, H, W) range and strength of each way of light, frame and
-    neighbour. covers: (H, W) part of each pixel that it fills. range_m: (H, W) how far it is there, else infinity.
-    pixel: (H, W) which of the nearer frame's is nearest to what is seen.
+    """A thing as it is seen by then. found: (N, 2, 4, 2, h, w) range and strength of each way of light, frame and
+    neighbour in the pixels `box` that may see it. covers: (H, W) part of each pixel that it fills. range_m: (H, W) how
+    far it is there, else infinity. pixel: (H, W) which of the nearer frame's is nearest to what is seen.
     """
 
+    box: tuple[slice, slice]
     found: np.ndarray
     covers: np.ndarray
     range_m: np.ndarray
@@ -114,9 +116,7 @@ def _seen(
     rest: whether it is what everything else is before: what one frame does not show of it the other does.
     """
     shape = light.range_m.shape[1:]
-    found = np.ones((len(light.returns), 2, 4, 2, *shape), np.float32)
-    found[:, :, :, 1] = 0
-    covers, far, pixel = np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int64)
+    sides, boxes = [], []
     for side in np.argsort(weights):
         at, way = frames[side], there[side]
         mask = thing.there[at]
@@ -126,17 +126,26 @@ def _seen(
         guess = FAR_M if rest else float(np.median(light.range_m[at][known]))
         mine = np.where(known, light.range_m[at], np.float32(0))
         then, ahead = from_there(mine, light.rays, way)
-        where, left = sources(ahead, light.rays, light.intrinsics, np.linalg.inv(way), guess)
-        pixel = where[..., 0]
+        sides.append((side, mask, guess, mine, then, ahead))
+        boxes.append((0, shape[0], 0, shape[1]) if rest else looking(mine, then, light.rays, light.intrinsics, way))
+    ends = np.array([each for each in boxes if each[1]] or [(0, 0, 0, 0)])
+    box = np.array([ends[:, 0].min(), ends[:, 1].max(), ends[:, 2].min(), ends[:, 3].max()])
+    inside = np.s_[box[0] : box[1], box[2] : box[3]]
+    found = np.ones((len(light.returns), 2, 4, 2, *(box[1::2] - box[::2])), np.float32)
+    found[:, :, :, 1] = 0
+    covers, far, pixel = np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.int64)
+    for side, mask, guess, mine, then, ahead in sides:
+        where, left = sources(ahead, light.rays, light.intrinsics, np.linalg.inv(there[side]), guess, box)
+        pixel[inside] = where[..., 0]
         fills, reaches = filled(then, where, left)
-        covers += np.float32(weights[side]) * fills
-        far += np.float32(weights[side]) * reaches
+        covers[inside] += np.float32(weights[side]) * fills
+        far[inside] += np.float32(weights[side]) * reaches
         for k, sent in enumerate(light.returns):
-            strength = np.where(mask, sent.strength[at], 0) * np.float32(weights[side])
-            gather(mine, then, sent.range_m[at], strength, where, left, found[k, side])
+            strength = np.where(mask, sent.strength[frames[side]], 0) * np.float32(weights[side])
+            gather(mine, then, sent.range_m[frames[side]], strength, where, left, found[k, side])
     there_is = covers > 0
     ranges = np.where(there_is, far / np.where(there_is, covers, 1), np.inf)
     if rest:
-        found[:, :, :, 1] /= np.where(there_is, covers, 1)
+        found[:, :, :, 1] /= np.where(there_is, covers, 1)[inside]
         covers = there_is.astype(np.float32)
-    return _Seen(found, covers, ranges, pixel)
+    return _Seen(inside, found, covers, ranges, pixel)

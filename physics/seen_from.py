@@ -47,15 +47,46 @@ def from_there(ranges, rays, there):
 
 
 @njit(nogil=True, cache=True)
-def filled(then, where, left):
-    """(2, H, W) how much of each pixel is filled by what four pixels of a frame see, and its range in that sum.
+def looking(ranges, then, rays, intrinsics, there):
+    """(4,) pixels of another camera that may look at what each pixel of a frame sees, as a box for `sources`.
 
-    then: (H, W) as `from_there` gives it.
+    ranges: (H, W) metres, 0 where nothing is seen. then: (H, W) as `from_there` gives it. there: (4, 4) that camera
+    from the frame's. A pixel sees four of a frame's: it looks at most one of those, as large as it is by then, aside;
+    what is at the border of a frame goes on to the border.
     """
-    height, width = then.shape
-    out = np.zeros((2, height, width), np.float32)
+    height, width = ranges.shape
+    top, bottom, first, last = np.inf, -np.inf, np.inf, -np.inf
     for v in range(height):
         for u in range(width):
+            r, one = ranges[v, u], rays[v, u]
+            if r > 0:
+                z = r / np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
+                at = moved(there, z * one[0], z * one[1], z * one[2])
+                if at[2] < LEAST_M:
+                    return np.array([0, height, 0, width])
+                column, row = pixel(intrinsics, at[0], at[1], at[2])
+                aside = 1 + r / max(then[v, u], LEAST_M)
+                top, bottom = min(top, row - aside), max(bottom, row + aside)
+                first, last = min(first, column - aside), max(last, column + aside)
+                top, bottom = 0.0 if v == 0 else top, np.inf if v == height - 1 else bottom
+                first, last = 0.0 if u == 0 else first, np.inf if u == width - 1 else last
+    top, bottom = min(max(top, 0.0), height), min(max(bottom + 1, 0.0), height)
+    first, last = min(max(first, 0.0), width), min(max(last + 1, 0.0), width)
+    if bottom <= top or last <= first:
+        return np.zeros(4, np.int64)
+    return np.array([int(top), int(np.ceil(bottom)), int(first), int(np.ceil(last))])
+
+
+@njit(nogil=True, cache=True)
+def filled(then, where, left):
+    """(2, h, w) how much of each pixel is filled by what four pixels of a frame see, and its range in that sum.
+
+    then: (H, W) as `from_there` gives it. where, left: (h, w, 4) as `sources` gives them.
+    """
+    width = then.shape[1]
+    out = np.zeros((2, *where.shape[:2]), np.float32)
+    for v in range(where.shape[0]):
+        for u in range(where.shape[1]):
             for k in range(4):
                 far = then[where[v, u, k] // width, where[v, u, k] % width]
                 if far > 0:
@@ -65,19 +96,20 @@ def filled(then, where, left):
 
 
 @njit(nogil=True, cache=True)
-def sources(ahead, rays, intrinsics, back, guess):
-    """(H, W, 4) pixels of a frame around the point that each pixel of another camera sees, and (H, W, 4) shares.
+def sources(ahead, rays, intrinsics, back, guess, box):
+    """(h, w, 4) pixels of a frame around the point that each pixel of another camera sees, and (h, w, 4) shares.
 
     ahead: (H, W) as `from_there` gives it. back: (4, 4) the frame's camera from the other. guess: metres, how far away
-    it may be. The nearest comes first. Beyond the border is the border.
+    it may be. box: first row, row after the last, first column, column after the last of the pixels that look. The
+    nearest comes first. Beyond the border is the border.
     """
     height, width = ahead.shape
-    where = np.empty((height, width, 4), np.int32)
-    left = np.empty((height, width, 4), np.float32)
-    for v in range(height):
-        for u in range(width):
-            ray = rays[v, u]
-            x, y, depth, last = float(u), float(v), guess, -1
+    where = np.empty((box[1] - box[0], box[3] - box[2], 4), np.int32)
+    left = np.empty(where.shape, np.float32)
+    for v in range(where.shape[0]):
+        for u in range(where.shape[1]):
+            ray = rays[box[0] + v, box[2] + u]
+            x, y, depth, last = float(box[2] + u), float(box[0] + v), guess, -1
             for _ in range(BETTERED):
                 column = min(max(int(np.rint(x)), 0), width - 1)
                 row = min(max(int(np.rint(y)), 0), height - 1)
@@ -107,15 +139,15 @@ def sources(ahead, rays, intrinsics, back, guess):
 
 @njit(nogil=True, cache=True)
 def gather(direct, then, ranges, sent, where, left, out):
-    """Fill (4, 2, H, W) `out` with range and strength that each pixel sees of four pixels of a frame.
+    """Fill (4, 2, h, w) `out` with range and strength that each pixel sees of four pixels of a frame.
 
     direct, then: (H, W) range of the surface each pixel sees, and as `from_there` gives it. ranges, sent: (H, W) of a
-    way of light.
+    way of light. where, left: (h, w, 4) as `sources` gives them.
     """
-    height, width = direct.shape
+    width = direct.shape[1]
     seen, changed = np.empty(4), np.empty(4)
-    for v in range(height):
-        for u in range(width):
+    for v in range(where.shape[0]):
+        for u in range(where.shape[1]):
             near, far, total, mean = np.inf, 0.0, 0.0, 0.0
             for k in range(4):
                 row, column = where[v, u, k] // width, where[v, u, k] % width

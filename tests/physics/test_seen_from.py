@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from physics.seen_from import filled, from_there, put, sources
+from physics.seen_from import filled, from_there, looking, put, sources
 
 INTRINSICS = np.array([[30.0, 0.0, 11.5], [0.0, 30.0, 8.5], [0.0, 0.0, 1.0]])
 V, U = np.mgrid[:18, :24].astype(float)
@@ -39,7 +39,7 @@ def test_a_wall_ahead_is_seen_as_far_aside_as_the_camera_went(aside, away):
     there = np.eye(4)
     there[0, 3] = -aside
     then, ahead = from_there(away * np.linalg.norm(RAYS, axis=-1), RAYS, there)
-    where, left = sources(ahead, RAYS, INTRINSICS, np.linalg.inv(there), 1.0)
+    where, left = sources(ahead, RAYS, INTRINSICS, np.linalg.inv(there), 1.0, np.array((0, 18, 0, 24)))
     column = (left * (where % 24)).sum(axis=-1)
     np.testing.assert_allclose(column, np.clip(U + 30 * aside / away, 0, 23), atol=1e-4)
     np.testing.assert_allclose((left * (where // 24)).sum(axis=-1), V, atol=1e-4)
@@ -61,3 +61,22 @@ def test_what_is_put_in_slots_is_all_there(seed, many):
     few = (strength > 0).sum(axis=0) <= 3
     every = np.concatenate([strength, np.zeros((3, 3, 4))])
     np.testing.assert_allclose(np.sort(slots, axis=0)[:, few], np.sort(every, axis=0)[-3:, few])
+
+
+@given(st.integers(0, 1000), st.integers(2, 8), st.integers(4, 10), st.integers(0, 9))
+def test_pixels_that_may_look_at_a_thing_are_all_that_do(seed, wide, high, aside):
+    """Those of the box are among all the pixels' as they are without one, and no pixel beside them sees the thing."""
+    there = turned(seed)
+    inside = (abs(U - 5 - aside) < wide / 2) & (abs(V - 8) < high / 2)
+    ranges = np.where(inside, np.linalg.norm(RAYS, axis=-1) * (1 + 0.01 * U), 0)
+    then, ahead = from_there(ranges, RAYS, there)
+    box = looking(ranges, then, RAYS, INTRINSICS, there)
+    every, back = (0, 18, 0, 24), np.linalg.inv(there)
+    where, left = sources(ahead, RAYS, INTRINSICS, back, 1.05, np.array(every))
+    mine = sources(ahead, RAYS, INTRINSICS, back, 1.05, box)
+    within = np.s_[box[0] : box[1], box[2] : box[3]]
+    np.testing.assert_array_equal(where[within], mine[0])
+    np.testing.assert_array_equal(left[within], mine[1])
+    beside = filled(then, where, left)[0]
+    beside[within] = 0
+    assert not beside.any()
