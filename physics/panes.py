@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numba import njit
 from scipy.constants import speed_of_light
 
-from physics.clock import Clock
 from physics.marks import balls, looked_at, received
 from physics.rendering import Rendering
 from physics.replicas import DARK
@@ -31,38 +31,43 @@ def likely_pane(
     ranges = np.nan_to_num(rendering.light.range_m[some]).astype(float)
     sent = rendering.gain * np.nan_to_num(rendering.light.returns[0].strength[some]).astype(float)
     weights = rendering.footprints.weights[some]
-    by_zone = [weights[..., p, :, :] for p in range(expected.shape[1])]
-    promised = [
-        sent * sum(w * _twice(amiss, p, ranges, far, clock, 1) for p, w in enumerate(by_zone)) for far in spacings_m
-    ]
+    zero = np.ascontiguousarray(np.broadcast_to(np.asarray(clock.time_zero_s, float), amiss.shape[:2]))
+    per_metre, zero = 2 / speed_of_light / clock.bin_width_s, zero / clock.bin_width_s
+    flat = ranges.reshape(len(ranges), -1)
+    promised = []
+    for far in spacings_m:
+        by_zone = _twice(amiss, zero, flat, far, per_metre, 1).reshape(*zero.shape, *ranges.shape[1:])
+        promised.append(sent * (weights * by_zone).sum(axis=-3))
     best, found = 0.0, None
     for place, inside in balls(rendering.light):
         there = sent * inside
         mean = (there * ranges).sum(axis=(1, 2)) / np.maximum(there.sum(axis=(1, 2)), 1e-300)
         light = received(there, weights) ** 2
         for far, at in zip(spacings_m, promised, strict=True):
-            noisy = np.stack([_twice(told, p, mean, far, clock, 2) for p in range(len(by_zone))], axis=1)
+            noisy = _twice(told, zero, mean[:, None], far, per_metre, 2)[..., 0]
             evidence = max(float(at[inside].sum()), 0.0) ** 2 / max(float((light * noisy).sum()), 1e-300)
             if evidence > best:
                 best, found = evidence, (far, {f"pane_{name}": value for name, value in place.items()})
     return found
 
 
-def _twice(by_arrival: np.ndarray, zone: int, range_m: np.ndarray, far: float, clock: Clock, power: int) -> np.ndarray:
-    """(F, ...) what (F, P, T) by bin of arrival is for a second pulse, so much dimmer to a power; plus the first's.
+@njit(nogil=True, cache=True)
+def _twice(by_arrival, zero, ranges, far, per_metre, power):
+    """(F, P, N) what (F, P, T) by bin of arrival is for a second pulse, so much dimmer to a power; plus the first's.
 
-    Less the first's where the power is 1, as that is lost.
+    Less the first's where the power is 1, as that is lost. zero: (F, P) bins. ranges: (F, N) metres of the first, far:
+    how much farther the second is. Outside the window is nothing.
     """
-    behind = np.maximum(range_m + far, NEAREST_M)
-    second = (range_m / behind) ** (2 * power) * _arriving(by_arrival, zone, behind, clock)
-    return second + (-1) ** power * _arriving(by_arrival, zone, range_m, clock)
-
-
-def _arriving(by_arrival: np.ndarray, zone: int, range_m: np.ndarray, clock: Clock) -> np.ndarray:
-    """(F, ...) the same for light of a zone that returns from ranges (F, ...); 0 outside the window."""
-    zero = np.broadcast_to(np.asarray(clock.time_zero_s, float), by_arrival.shape[:2])[:, zone]
-    zero = zero.reshape(-1, *(1,) * (range_m.ndim - 1))
-    arrival = (zero + 2 * range_m / speed_of_light) / clock.bin_width_s
-    seen = (arrival >= 0) & (arrival < clock.bins)
-    frame = np.arange(len(range_m)).reshape(zero.shape)
-    return np.where(seen, by_arrival[frame, zone, np.where(seen, arrival, 0).astype(int)], 0)
+    frames, zones, bins = by_arrival.shape
+    out = np.zeros((frames, zones, ranges.shape[1]))
+    for f in range(frames):
+        for i in range(ranges.shape[1]):
+            behind = max(ranges[f, i] + far, NEAREST_M)
+            dimmer = (ranges[f, i] / behind) ** (2 * power)
+            for p in range(zones):
+                first, second = zero[f, p] + ranges[f, i] * per_metre, zero[f, p] + behind * per_metre
+                if 0 <= second < bins:
+                    out[f, p, i] += dimmer * by_arrival[f, p, int(second)]
+                if 0 <= first < bins:
+                    out[f, p, i] += (-1.0) ** power * by_arrival[f, p, int(first)]
+    return out
