@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.looked import looked
@@ -15,6 +17,8 @@ MOST_STRENGTHS = 6
 # Logarithm of a chance by noise, as far as can be told, beyond which nothing is looked at more closely: so many forms
 # are tried that only one of thousands is significant.
 HOPELESS = -4.0
+# Part of what the best start of a form promises that another of other given values must promise to be fitted, too.
+NEARLY = 0.8
 
 
 def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list[Score], int]:
@@ -37,12 +41,21 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
         return [replace(one, form=form) for form, one in found if one is not None]
 
     found = [s for part in simulation.each(of_effect, by_effect.values()) for s in part]
-    best: dict[tuple, Score] = {}
+    starts: dict[tuple, list[Score]] = {}
     for s in found:
-        key = (s.form.effect.id, s.form.free, s.form.own)
-        if key not in best or s.gain > best[key].gain:
-            best[key] = s
-    return sorted(best.values(), key=lambda s: s.log_p), len(found)
+        starts.setdefault((s.form.effect.id, s.form.free, s.form.own), []).append(s)
+    return sorted((best_start(of_form) for of_form in starts.values()), key=lambda s: s.log_p), len(found)
+
+
+def best_start(scores: list[Score]) -> Score:
+    """Of one form's starts the one that promises most, and what the next does of other given values, if nearly that."""
+
+    def given(s: Score) -> list[str]:
+        return [repr(np.asarray(s.form.start[name]).tolist()) for name in s.form.start if name not in s.form.free]
+
+    best = max(scores, key=lambda s: s.gain)
+    near = (s for s in scores if s.gain > NEARLY * best.gain and given(s) != given(best))
+    return replace(best, other=max(near, key=lambda s: s.gain, default=None))
 
 
 def promise(

@@ -26,7 +26,8 @@ class Score:
     form: which. amplitude: (M,) best multiples of its start, to first order: of each strength, or of each zone or bin
     that has its own. gain: twice the log-likelihood it promises. dof: how many numbers it takes. log_p: logarithm of
     the chance of such a gain by noise. information: deviance that the form would gain were it there at its start; of
-    zones or bins that have their own, the one where it shows most.
+    zones or bins that have their own, the one where it shows most. other: what the form promises where what the data
+    gave and no fit varies is otherwise, if that is nearly as much.
     """
 
     form: Form
@@ -35,6 +36,7 @@ class Score:
     dof: int
     log_p: float
     information: float
+    other: "Score | None" = None
 
     @property
     def beyond_noise(self) -> float:

@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mismatch.candidates import Candidate, cost, elsewhere
+from mismatch.candidates import Candidate, candidates_of, cost, elsewhere
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
+from mismatch.score import Score
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -98,3 +99,19 @@ def test_what_looks_at_each_frame_may_have_been_shown_more_on_those_held_out():
         one = of(observed, 100, 1.0, looks=True)
         assert replace(one, scatter=(observed - 100) / (more * 2**0.5)).is_minor(300) == minor
         assert replace(of(observed, 100, 1.0), scatter=(observed - 100) / (more * 2**0.5)).is_minor(300)
+
+
+def test_the_best_is_fitted_as_its_other_way_has_it(drawn):
+    """A walk that goes by all of a histogram, begun as one that goes by its fullest bin, is found as it is."""
+    simulation = drawn(3, "range_walk", walk=0.0, logarithmic=4e-11, level=100.0)
+    form = next(f for f in forms_of(find_effect("range_walk"), SIZES) if f.free == ("logarithmic", "level"))
+    nominal = fit_nominal(simulation)
+    right, wrong = (
+        Score(replace(form, start=form.start | {"level": 100.0, "fullest": fullest}), np.ones(1), 99.0, 1, -50.0, 99.0)
+        for fullest in (0.0, 1.0)
+    )
+    (alone,) = candidates_of(simulation, simulation, nominal, [wrong])
+    best, second = candidates_of(simulation, simulation, nominal, [replace(wrong, other=right)])
+    assert second.criterion == alone.criterion
+    assert best.fit.settings[-1].values["fullest"] == 0
+    assert best.criterion < second.criterion - 10
