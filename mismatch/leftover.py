@@ -12,6 +12,7 @@ from mismatch.gained import SIGNIFICANT
 from mismatch.noise import Nuisances
 from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST
+from mismatch.ripples import ripples
 from mismatch.simulation import Simulation
 from mismatch.stuck import stuck
 from mismatch.tables import tables
@@ -33,6 +34,7 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     looked = tables(simulation, fitted)
     mean = Nuisances(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
     besides = [*checks(simulation, mean), stuck(simulation, mean)]
+    besides += ripples(simulation.counts - mean, mean)
     besides += echoes(simulation, fitted.expected, np.maximum(mean, LEAST))
     window = worst_window(simulation, mean)
     many = len(looked) + len(besides) + 1
