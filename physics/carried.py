@@ -38,12 +38,16 @@ def _carriers(light: Light) -> tuple[Body, ...]:
     together = (replace(each[0], there=np.ones(light.range_m.shape, bool)),)
 
     def off(things: tuple[Body, ...]) -> float:
-        guess = carried(light, things, *neighbours(times), times).range_m
-        known = (light.range_m > 0) & (guess > 0)
-        ratio = np.log(np.where(known, guess, 1) / np.where(known, light.range_m, 1))
-        return float((np.minimum(np.abs(ratio), JUMP)[known] / light.range_m[known] ** 2).sum())
+        return float(off_by(carried(light, things, *neighbours(times), times).range_m, light.range_m).sum())
 
     return min((together, each), key=off)
+
+
+def off_by(guess: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """(F,) how far ranges (F, H, W) that were guessed are off those that were seen; what is near counts for more."""
+    known = (seen > 0) & (guess > 0)
+    ratio = np.abs(np.log(np.where(known, guess, 1) / np.where(known, seen, 1)))
+    return (np.minimum(ratio, JUMP) / np.where(known, seen, 1) ** 2 * known).sum(axis=(1, 2), dtype=float)
 
 
 def carried(

@@ -27,7 +27,7 @@ def light_at(light: Light, time_s: np.ndarray, beyond: float = 0.0) -> Light:
     that of the second rises, as a return of its own. Range, reflectance and cosine, by which other effects go, stay
     in between. `time_s` and `laser_cycles` of the frames stay.
     """
-    return _between(light, *around(np.asarray(light.time_s, float), np.asarray(time_s, float), beyond))
+    return blended(light, *around(np.asarray(light.time_s, float), np.asarray(time_s, float), beyond))
 
 
 def from_neighbours(light: Light) -> Light:
@@ -36,7 +36,7 @@ def from_neighbours(light: Light) -> Light:
     How far that is off tells what interpolation is worth: where things move on a curve its error goes with the square
     of the time between the two. The first frame and the last are theirs.
     """
-    return _between(light, *neighbours(np.asarray(light.time_s, float)))
+    return blended(light, *neighbours(np.asarray(light.time_s, float)))
 
 
 def neighbours(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -51,7 +51,7 @@ def neighbours(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.where(inner, lower, here), np.where(inner, upper, here), part
 
 
-def _between(light: Light, lower: np.ndarray, upper: np.ndarray, part: np.ndarray) -> Light:
+def blended(light: Light, lower: np.ndarray, upper: np.ndarray, part: np.ndarray) -> Light:
     """Light part of the way from some frames (F,) to others."""
     made: dict[int, np.ndarray] = {}
 

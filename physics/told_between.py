@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from physics.arrivals import arrivals
-from physics.carried import carried, carriers
+from physics.followed import followed
 from physics.kept import kept_of_session
 from physics.light import Light, Return
 from physics.light_between import JUMP, from_neighbours, neighbours
@@ -43,7 +43,7 @@ class Told:
         light = rendering.light
         times = np.asarray(light.time_s, float)
         way = neighbours(times)
-        guess = carried(light, carriers(light), *way, times) if by_motion else from_neighbours(light)
+        guess = followed(light, *way, times) if by_motion else from_neighbours(light)
         counts, guessed, smooth = (
             rendering.gain * arrivals(seen, rendering.footprints, rendering.clock).binned()
             for seen in (light, guess, _but_for_edges(light, guess))

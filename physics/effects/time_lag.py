@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from physics.arrivals import Arrivals, arrivals
-from physics.carried import carried, carriers
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.followed import followed
 from physics.lags_told import evenly, promised, ratio, two_groups
 from physics.light import Light
 from physics.light_between import around, light_at
@@ -176,7 +176,7 @@ def _then(values: Values, light: Light) -> Light:
     frames_s = np.asarray(light.time_s, float)
     time_s = frames_s + values["lag"] + values["skew"] * frames_s
     if values["carried"] > 0.5:
-        return carried(light, carriers(light), *around(frames_s, time_s, 0.0), time_s)
+        return followed(light, *around(frames_s, time_s, 0.0), time_s)
     return light_at(light, time_s, values["beyond"])
 
 
