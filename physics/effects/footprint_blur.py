@@ -71,6 +71,8 @@ class FootprintBlur(Effect):
             low=-3.0,
             high=3.0,
             start=0.0,
+            # Longer one way from the first: what is blurred along one axis hardly shows as a blur along both.
+            tries=(-2.0, 2.0),
             sentence="Logarithm of how many times the variance there is down the image, and over how many along it.",
         ),
         Parameter(
