@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.looked import looked
@@ -50,11 +48,12 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
 def best_start(scores: list[Score]) -> Score:
     """Of one form's starts the one that promises most, and what the next does of other given values, if nearly that."""
 
-    def given(s: Score) -> list[str]:
-        return [repr(np.asarray(s.form.start[name]).tolist()) for name in s.form.start if name not in s.form.free]
+    def given(s: Score) -> tuple:
+        return s.form.effect.at(**{name: v for name, v in s.form.start.items() if name not in s.form.free}).key
 
     best = max(scores, key=lambda s: s.gain)
-    near = (s for s in scores if s.gain > NEARLY * best.gain and given(s) != given(best))
+    as_best = given(best)
+    near = (s for s in scores if s.gain > NEARLY * best.gain and given(s) != as_best)
     return replace(best, other=max(near, key=lambda s: s.gain, default=None))
 
 

@@ -81,7 +81,7 @@ def carried(
             clear[mine] *= np.where(seen[its].range_m < seen[mine].range_m, 1 - seen[its].covers, 1)
         for mine, left in zip(seen, clear, strict=True):
             to = out[:, :, i, *mine.box]
-            for way in mine.found.reshape(-1, *mine.found.shape[3:]) if mine.found.size else ():
+            for way in mine.found.reshape(8 * len(mine.found), *mine.found.shape[3:]):
                 put(way[0], way[1] * left[mine.box], to[:, 0], to[:, 1])
         most = np.argmax([mine.covers * left for mine, left in zip(seen, clear, strict=True)], axis=0)[None]
         pixel, found = (

@@ -71,8 +71,9 @@ class FootprintBlur(Effect):
             low=-3.0,
             high=3.0,
             start=0.0,
-            # Longer one way from the first: what is blurred along one axis hardly shows as a blur along both.
-            tries=(-2.0, 2.0),
+            # Longer one way from the first: what is blurred along one axis hardly shows as a blur along both. A blur
+            # that was found alike along both and is let be longer begins where it was, at the last.
+            tries=(-2.0, 2.0, 0.0),
             sentence="Logarithm of how many times the variance there is down the image, and over how many along it.",
         ),
         Parameter(

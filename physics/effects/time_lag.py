@@ -35,7 +35,8 @@ class TimeLag(Effect):
     after the last nobody knows: nothing moves, or all moves on as it did, by the part `beyond`. Where it is known
     what moves how, the scene before a camera and things in it, all is `carried`: seen from where the camera is by then,
     things where they are (`carried.carried`), by the motions that frames show (`odometry`, `bodies`). Then edges are in
-    place. Whether frames are guessed better so, from those before and after, says whether a fit begins so.
+    place; but between frames that do not become each other so light is blended (`followed`). Whether frames are guessed
+    better so, from those before and after, says whether a fit begins so.
 
     A sensor with more zones than converters measures them in two bursts: some zones look `burst` seconds later still,
     those of which `late` is 1. What either sees then is what surfaces send back directly; where zones look, and what

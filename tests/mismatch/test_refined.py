@@ -178,3 +178,13 @@ def test_a_plainer_form_that_cannot_be_is_left(drawn, monkeypatch):
 
     monkeypatch.setattr("mismatch.refined.Descent", refused)
     assert plainer(simulation, found, FORMS) is found
+
+
+def test_a_blur_that_is_let_be_longer_one_way_begins_as_it_was(drawn):
+    """Alike along both axes: where it begins, counts are those of the blur that was found."""
+    simulation = drawn(3)
+    first = next(f for f in forms_of(find_effect("footprint_blur"), {"zone": 4, "bin": 48}) if f.free == ("variance",))
+    before = fit(simulation, (first,), np.append(fit_nominal(simulation).x, first.at_start()), most_steps=0)
+    longer = next(f for f in richer(first, all_forms({"zone": 4, "bin": 48})) if f.free == ("variance", "taller"))
+    begun = longer.setting(longer.coordinates_from(first, before.settings[0]))
+    np.testing.assert_array_equal(simulation.expected(before.gain, (begun,)), before.expected)
