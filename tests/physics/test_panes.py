@@ -5,7 +5,7 @@ import pytest
 
 from physics.effects import find_effect
 from physics.nominal import ForwardModel
-from physics.panes import likely_pane
+from physics.panes import NEAREST_M, _twice, likely_pane
 
 
 @pytest.mark.parametrize("spacing", [0.4, -0.3])
@@ -38,3 +38,20 @@ def test_one_nearer_than_all_is_all_of_the_surface(small):
     everywhere = model.expected(1e3, [effect.at(passed=0.3, spacing=0.2)])
     # A replica of arrivals and one of surfaces differ by a step of the lattice.
     np.testing.assert_allclose(model.expected(1e3, [whole]), everywhere, atol=0.02 * everywhere.max())
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_two_pulses_are_read_where_they_arrive(power):
+    """By numpy's indices, and 0 where they arrive before the window or after it."""
+    rng = np.random.default_rng(4)
+    by_arrival, zero, ranges = rng.normal(size=(3, 2, 20)), rng.uniform(-3, 3, (3, 2)), rng.uniform(0.02, 2, (3, 50))
+
+    def arriving(range_m):
+        at = zero[..., None] + range_m[:, None] * 10.0
+        inside = (at >= 0) & (at < 20)
+        return np.where(inside, np.take_along_axis(by_arrival, np.where(inside, at, 0).astype(int), axis=2), 0)
+
+    for far in (0.3, -0.5):
+        behind = np.maximum(ranges + far, NEAREST_M)
+        expected = ((ranges / behind) ** (2 * power))[:, None] * arriving(behind) + (-1) ** power * arriving(ranges)
+        np.testing.assert_allclose(_twice(by_arrival, zero, ranges, far, 10.0, power), expected, atol=1e-12)
