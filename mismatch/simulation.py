@@ -100,9 +100,7 @@ class Simulation:
 
     def _before_trust(self, gain: float, effects: tuple[Setting, ...]) -> np.ndarray:
         """(F, P, T) expected counts, to read only."""
-        drawing = tuple(setting.key for setting in effects if setting.effect.redraws_maps(setting.values))
-        drawn = self.footprints.field.pixels if drawing else 0
-        self.work.add(self.light.range_m.size + self.counts.size, self._read_anew(effects), drawn, drawing)
+        self._count(effects)
         key = (gain, *(setting.key for setting in effects))
         recent: dict[tuple, np.ndarray] = self._recent.__dict__
         found = recent.pop(key) if key in recent else self._expected(gain, effects)
@@ -111,6 +109,16 @@ class Simulation:
             del recent[next(iter(recent))]
         recent[key] = found
         return found
+
+    def _count(self, effects: tuple[Setting, ...]) -> None:
+        """What that takes."""
+        numbers = self.light.range_m.size + self.counts.size
+        self.work.add(numbers, self._read_anew(effects))
+        for setting in effects:
+            if setting.effect.redraws_maps(setting.values):
+                self.work.draw(setting.key, self.footprints.field.pixels)
+            if setting.effect.carries(setting.values):
+                self.work.carry(setting.key, numbers)
 
     def _read_anew(self, effects: tuple[Setting, ...]) -> int:
         """Pixels of maps that are read for each zone in each frame, where effects move those of zones and frames."""

@@ -9,31 +9,44 @@ MOST_RENDERINGS = 6000
 # Pixels and cells of what counts as one rendering, half of 96 frames of 106 × 60 pixels and 9 × 128 bins; more count as
 # one, fewer as a part of it, of which so much goes into what has to be done in any case.
 WHOLE, LEAST = 360_000, 0.3
-# To read a pixel of maps where they have moved takes as long as so many of these.
-READING = 10
+# To read a pixel of maps where they have moved takes as long as so many of these; to carry light along, as so many
+# renderings.
+READING, CARRYING = 10, 10.0
 
 
 @dataclass
 class Work:
-    """What was asked of a simulation. renderings: how many, by size, kept from before or not, drawings of maps once."""
+    """What was asked of a simulation. renderings: how many, by size, kept from before or not; what is kept, once."""
 
     renderings: float = 0.0
-    _drawings: set[tuple] = field(default_factory=set)
+    _made: set[tuple] = field(default_factory=set)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def add(self, numbers: int, read: int = 0, drawn: int = 0, drawing: tuple = ()) -> None:
-        """One rendering more, of so many pixels and cells.
-
-        read: pixels of maps that are read for it zone by zone. drawn: those that are drawn, as `drawing`, anew if they
-        were not before.
-        """
+    def add(self, numbers: int, read: int = 0) -> None:
+        """One rendering more, of so many pixels and cells. read: pixels of maps that are read for it zone by zone."""
         with self._lock:
-            drawn = 0 if drawing in self._drawings else drawn
-            if drawn:
-                self._drawings.add(drawing)
-            self.renderings += min(max(numbers / WHOLE, LEAST), 1.0) + (READING * read + drawn) / WHOLE
+            self.renderings += _part(numbers) + READING * read / WHOLE
+
+    def draw(self, key: tuple, pixels: int) -> None:
+        """Maps of so many pixels are drawn anew, if they were not under this key before."""
+        self._make(key, pixels / WHOLE)
+
+    def carry(self, key: tuple, numbers: int) -> None:
+        """Light of so many pixels and cells is carried along, likewise."""
+        self._make(key, CARRYING * _part(numbers))
+
+    def _make(self, key: tuple, renderings: float) -> None:
+        """What is kept once it was made."""
+        with self._lock:
+            self.renderings += 0 if key in self._made else renderings
+            self._made.add(key)
 
     @property
     def enough(self) -> bool:
         """Whether nothing more should be begun."""
         return self.renderings > MOST_RENDERINGS
+
+
+def _part(numbers: int) -> float:
+    """What it takes to render so many pixels and cells, as part of a whole."""
+    return min(max(numbers / WHOLE, LEAST), 1.0)

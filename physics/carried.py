@@ -72,22 +72,24 @@ def carried(
     ranges, albedo, cosine = (np.empty_like(of) for of in (light.range_m, light.reflectance, light.cosine))
 
     def one(i: int) -> None:
-        seen = [
+        each = [
             _seen(light, thing, frames[:, i], weights[:, i], [way[0][i], way[1][i]], k == 0)
             for k, (thing, way) in enumerate(zip(things, there, strict=True))
         ]
-        clear = [np.ones(shape[1:], np.float32) for _ in things]
-        for mine, its in permutations(range(len(things)), 2):
-            clear[mine] *= np.where(seen[its].range_m < seen[mine].range_m, 1 - seen[its].covers, 1)
+        seen = [mine for mine in each if mine is not None]
+        clear = [np.ones(shape[1:], np.float32) for _ in seen]
+        for mine, its in permutations(range(len(seen)), 2):
+            box = seen[its].box
+            hides = seen[its].range_m[box] < seen[mine].range_m[box]
+            clear[mine][box] *= np.where(hides, 1 - seen[its].covers[box], 1)
+        pixel, found, most = np.zeros(shape[1:], np.int64), np.full(shape[1:], np.inf), np.zeros(shape[1:])
         for mine, left in zip(seen, clear, strict=True):
             to = out[:, :, i, *mine.box]
             for way in mine.found.reshape(8 * len(mine.found), *mine.found.shape[3:]):
                 put(way[0], way[1] * left[mine.box], to[:, 0], to[:, 1])
-        most = np.argmax([mine.covers * left for mine, left in zip(seen, clear, strict=True)], axis=0)[None]
-        pixel, found = (
-            np.take_along_axis(np.stack(of), most, axis=0)[0]
-            for of in zip(*((m.pixel, m.range_m) for m in seen), strict=True)
-        )
+            shows = mine.covers * left
+            more = shows > most
+            pixel[more], found[more], most[more] = mine.pixel[more], mine.range_m[more], shows[more]
         near = frames[1 if weights[1, i] > weights[0, i] else 0, i]
         ranges[i] = np.where(np.isfinite(found), found, light.range_m[near].ravel()[pixel])
         albedo[i], cosine[i] = (of[near].ravel()[pixel] for of in (light.reflectance, light.cosine))
@@ -114,10 +116,11 @@ class _Seen:
 
 def _seen(
     light: Light, thing: Body, frames: np.ndarray, weights: np.ndarray, there: list[np.ndarray], rest: bool
-) -> _Seen:
+) -> _Seen | None:
     """A thing as two frames (2,) show it, each by its weight, from a camera that is there (4, 4) from theirs.
 
-    rest: whether it is what everything else is before: what one frame does not show of it the other does.
+    None where neither does. rest: whether it is what everything else is before: what one frame does not show of it the
+    other does.
     """
     shape = light.range_m.shape[1:]
     sides, boxes = [], []
@@ -132,7 +135,9 @@ def _seen(
         then, ahead = from_there(mine, light.rays, way)
         sides.append((side, mask, guess, mine, then, ahead))
         boxes.append((0, shape[0], 0, shape[1]) if rest else looking(mine, then, light.rays, light.intrinsics, way))
-    ends = np.array([each for each in boxes if each[1]] or [(0, 0, 0, 0)])
+    if not any(box[1] for box in boxes):
+        return None
+    ends = np.array([each for each in boxes if each[1]])
     box = np.array([ends[:, 0].min(), ends[:, 1].max(), ends[:, 2].min(), ends[:, 3].max()])
     inside = np.s_[box[0] : box[1], box[2] : box[3]]
     found = np.ones((len(light.returns), 2, 4, 2, *(box[1::2] - box[::2])), np.float32)

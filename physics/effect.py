@@ -118,6 +118,10 @@ class Effect:
         """Whether, at these values, it draws maps anew, all of their pixels."""
         return False
 
+    def carries(self, values: Values) -> bool:
+        """Whether, at these values, it carries light along with what moves, which takes as long as many renderings."""
+        return False
+
     def looks(self, values: Values) -> bool:
         """Whether, at these values, it looks at what was recorded to see where things are in each frame."""
         return False

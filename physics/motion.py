@@ -1,6 +1,7 @@
 """How the camera moved through a scene: what stands still outside its view is elsewhere in every frame."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -37,18 +38,23 @@ class Motion:
         after the last.
         """
         time_s = np.asarray(time_s, float)
-        own, first = np.unique(self.time_s, return_index=True)
-        poses = self.start_from_camera[first]
-        out = np.tile(poses[0], (len(time_s), 1, 1))
-        if len(own) < 2:
+        out = np.tile(self.start_from_camera[int(np.argmin(self.time_s))], (len(time_s), 1, 1))
+        if np.ptp(self.time_s) == 0:
             return out
-        within = np.clip(time_s, own[0], own[-1])
-        turned, place = RotationSpline(own, Rotation.from_matrix(poses[:, :3, :3])), CubicSpline(own, poses[:, :3, 3])
+        turned, place = self._splines
+        within = np.clip(time_s, place.x[0], place.x[-1])
         # A spline's rate is about axes of the camera by then: what goes on evenly turns about the same ones.
         on = (time_s - within)[:, None]
         out[:, :3, :3] = (turned(within) * Rotation.from_rotvec(turned(within, 1) * on)).as_matrix()
         out[:, :3, 3] = place(within) + place(within, 1) * on
         return out
+
+    @cached_property
+    def _splines(self) -> tuple[RotationSpline, CubicSpline]:
+        """Through its turns, and through its places: a fit asks for the same way at many times."""
+        own, first = np.unique(self.time_s, return_index=True)
+        poses = self.start_from_camera[first]
+        return RotationSpline(own, Rotation.from_matrix(poses[:, :3, :3])), CubicSpline(own, poses[:, :3, 3])
 
     def forward_m(self, time_s: np.ndarray) -> np.ndarray:
         """(F,) how far it has moved along the axis on which it looked at the beginning."""

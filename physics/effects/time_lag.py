@@ -106,6 +106,10 @@ class TimeLag(Effect):
         """Whether anything is taken from between frames."""
         return bool(values["lag"] or values["skew"] or values["burst"])
 
+    def carries(self, values: Values) -> bool:
+        """Whether that is seen from where the camera is by then."""
+        return values["carried"] > 0.5 and self.owns_up(values)
+
     def unseen(self, values: Values, rendering: Rendering) -> Unseen:
         """What interpolation is off, as that of frames which were seen tells; and what moved on beyond them."""
         times = np.asarray(rendering.light.time_s, float)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mismatch.work import LEAST, MOST_RENDERINGS, READING, WHOLE, Work
+from mismatch.work import CARRYING, LEAST, MOST_RENDERINGS, READING, WHOLE, Work
 from physics.effects import find_effect
 
 
@@ -28,6 +28,15 @@ def test_maps_that_are_drawn_anew_cost_all_their_pixels_once(drawn):
         simulation.expected(100.0, (blur.at(variance=variance),))
         drawn_anew = once * simulation.footprints.field.table.size / WHOLE
         assert simulation.work.renderings - before == pytest.approx(LEAST + drawn_anew)
+
+
+def test_light_that_is_carried_costs_ten_renderings_once(drawn):
+    simulation, lag = replace(drawn(3), work=Work()), find_effect("time_lag")
+    for values, carried in (({}, 0), ({"carried": 1.0}, CARRYING), ({"carried": 1.0}, 0), ({"carried": 0.0}, 0)):
+        before = simulation.work.renderings
+        simulation.expected(100.0, (lag.at(lag=0.01, **values),))
+        assert simulation.work.renderings - before == pytest.approx(LEAST * (1 + carried))
+    assert not lag.carries(lag.at(lag=0.0, carried=1.0).values)
 
 
 def test_maps_that_zones_and_frames_move_cost_what_is_read(drawn):
