@@ -8,6 +8,7 @@ from mismatch.coordinate import bounds
 from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import Nuisances
+from mismatch.pattern import held
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
 from recordings.refusal import Refusal
@@ -33,16 +34,17 @@ class Descent:
     """
 
     def __init__(
-        self, simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float, held: int | None = None
+        self, simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float, stays: int | None = None
     ) -> None:
-        """From coordinates x on. sigma: relative, of frames' gains. held: a coordinate that stays."""
+        """From coordinates x on. sigma: relative, of frames' gains. stays: a coordinate that does."""
         self.simulation, self.forms, self.nuisances = simulation, forms, Nuisances(simulation, sigma)
         self.low, self.high = limits(forms)
         self.x = np.clip(np.asarray(x, float), self.low, self.high)
-        if held is not None:
-            self.low[held] = self.high[held] = self.x[held]
+        if stays is not None:
+            self.low[stays] = self.high[stays] = self.x[stays]
         self.expected = expected_at(simulation, forms, self.x)
         self.deviance = deviance_at(self.nuisances, forms, self.x, self.expected)
+        self._precision = held(forms)
         self.hoped, self.over, self._damping, self._steps = -np.inf, False, 1e-3, 0
 
     def run(self, most_steps: int = MOST_STEPS) -> "Descent":
@@ -57,6 +59,7 @@ class Descent:
         """One step, with as much damping as it takes to gain."""
         columns = derivatives(self.simulation, self.forms, self.x, self.expected)
         gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns, nearly=True)
+        gradient, curvature = gradient - self._precision * self.x, curvature + np.diag(self._precision)
         whole = bounded_step(gradient, curvature, 0.0, self.x, self.low, self.high)
         promised = float(2 * gradient @ whole - whole @ curvature @ whole)
         for _ in range(MOST_TRIES):
@@ -68,7 +71,8 @@ class Descent:
                 self._damping = max(10 * self._damping, 1e-3)
                 continue
             reached = deviance_at(self.nuisances, self.forms, there, then)
-            if reached < self.deviance:
+            won = self.deviance - reached + self._precision @ (self.x**2 - there**2)
+            if won > 0:
                 break
             self._damping = max(10 * self._damping, 1e-3)
             if np.abs(step).max() < 1e-7:
@@ -77,7 +81,7 @@ class Descent:
         else:
             self.over = True
             return
-        won, damped = self.deviance - reached, self._damping
+        damped = self._damping
         self.x, self.expected, self.deviance, self._damping = there, then, reached, damped / 10
         self.hoped = reached - AHEAD * max(won, promised - won)
         # A short step gains little wherever it is: only one that was hardly damped says that no more is to be had.
@@ -94,7 +98,7 @@ def derivatives(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, 
     """(F·P·T, N) change of expected counts `here` with each coordinate.
 
     Where each zone or bin has its own value, all are moved at once: each moves its own counts only. An edge moves the
-    bin before it and the one after: even and odd edges are moved one after the other.
+    bin before it and the one after: even and odd edges are moved one after the other, patches each by itself.
     """
     # Coordinate by coordinate in memory: each is written, and multiplied with others, as a whole.
     out = np.zeros((len(x), *here.shape))
@@ -123,7 +127,7 @@ def _turns(forms: tuple[Form, ...], x: np.ndarray) -> Iterator[tuple[str | None,
             count = 1 if place is None else form.sizes[parameter.name]
             axis = None if place is None else parameter.axis
             _, high = bounds(parameter)
-            turns = 2 if axis == "edge" else 1
+            turns = {"edge": 2, "patch": count}.get(axis, 1)
             for turn in range(turns):
                 places = np.arange(turn, count, turns)
                 which = at + places

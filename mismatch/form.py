@@ -11,6 +11,10 @@ import numpy as np
 from mismatch.coordinate import to_coordinate, to_value
 from physics.effect import Effect, Parameter, Setting
 from physics.effects import all_effects
+from physics.patchwork import PATCHES
+
+# Of what each has a number of its own wherever it is in a form: of these there are many.
+DRAWN = ("bin", "edge", "patch")
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,16 +140,16 @@ def settings_at(forms: tuple[Form, ...], x: np.ndarray) -> tuple[Setting, ...]:
 def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
     """Every form in which an effect is tried, at each of the values where a fit may begin.
 
-    sizes: how many "zone"s and "bin"s there are; there are as many edges, one before each bin.
+    sizes: how many "zone"s and "bin"s there are; there are as many edges, one before each bin, and patches as always.
     """
-    sizes = sizes | {"edge": sizes["bin"]}
+    sizes = sizes | {"edge": sizes["bin"], "patch": PATCHES}
     for names in effect.forms or (tuple(p.name for p in effect.parameters),):
         chosen = [effect.parameter(name) for name in names]
         gone = {p.name: p.vanishes_at for p in effect.parameters if p.vanishes_at is not None}
         rest = {p.name: p.start for p in effect.parameters} | gone
         divided = tuple(p.name for p in chosen if p.axis and p.vanishes_at is not None)
         many = {p.name: sizes[p.axis] for p in chosen if p.axis}
-        always = tuple(p.name for p in chosen if p.axis in ("bin", "edge"))
+        always = tuple(p.name for p in chosen if p.axis in DRAWN)
         for values in product(*(p.tries or (p.start,) for p in chosen)):
             start = rest | dict(zip(names, values, strict=True))
             if set(divided) - set(always) and names not in effect.uneven:

@@ -1,4 +1,4 @@
-"""Numbers of all bins, many and each of them small: drawn from one distribution, the width of which the data tell.
+"""Numbers of all bins, or patches, many and each of them small: drawn from one distribution, whose width the data tell.
 
 Each bin's number fitted by itself follows noise as well as what is there; it predicts other frames worse the weaker the
 pattern is, until it predicts nothing that is seen in the sum of them all. Taken as drawn from a normal distribution
@@ -16,10 +16,12 @@ from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
 from mismatch.coordinate import to_coordinate
-from mismatch.form import Form
+from mismatch.form import DRAWN, Form
 
-# Of what each has a number of its own that is drawn: of these there are many.
-BIN, EDGE = "bin", "edge"
+# Numbers of these may walk; of many of those a recording may tell nothing, so that a fit holds them until it is known
+# how they are drawn, by a normal distribution of so many starts.
+EDGE, PATCH = "edge", "patch"
+HELD = 5.0
 # The width lies between these parts of what would be seen, and of what could be.
 LEAST, MOST = 1e-3, 1e3
 
@@ -49,13 +51,19 @@ class Pattern:
 def drawn(forms: tuple[Form, ...]) -> np.ndarray:
     """(K,) coordinates, log gain first, that are numbers of each bin or edge."""
     each = [p for form in forms for p in form.coordinates]
-    return np.array([i for i, (p, place) in enumerate(each, 1) if place is not None and p.axis in (BIN, EDGE)], int)
+    return np.array([i for i, (p, place) in enumerate(each, 1) if place is not None and p.axis in DRAWN], int)
+
+
+def held(forms: tuple[Form, ...]) -> np.ndarray:
+    """(N,) precision by which a fit holds coordinates at nothing, which is at 0 for those that it holds."""
+    each = [p for form in forms for p in form.coordinates]
+    return np.array([0.0, *((place is not None and p.axis == PATCH) / HELD**2 for p, place in each)])
 
 
 def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> tuple[np.ndarray, Pattern]:
     """(N,) coordinates as likely as can be under numbers that are drawn, from the best x of all, and their pattern.
 
-    information: (N, N) there.
+    Best as far as they are `held`, with a likelihood that rises by that much. information: (N, N) there.
     """
     which = drawn(forms)
     rest = np.setdiff1d(np.arange(len(x)), which)
@@ -65,13 +73,15 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
     inner = information[np.ix_(rest, rest)]
     alone = information[np.ix_(which, which)] - mixed @ np.linalg.pinv(inner, hermitian=True) @ mixed.T
     away = x[which] - nothing
-    _, square, shape = min((_likeliest(shape, alone, away) for shape in _shapes(forms)), key=lambda found: found[0])
+    rises = held(forms)[which] * away
+    score = alone @ away + rises
+    _, square, shape = min((_likeliest(shape, alone, score) for shape in _shapes(forms)), key=lambda found: found[0])
     precision = np.linalg.inv(shape) / square
     pull = np.zeros(len(x))
-    pull[which] = precision @ away
+    pull[which] = precision @ away - rises
     prior = Pattern(which, float(np.sqrt(square)), precision, 0.0, 0.0).prior(len(x))
     there = x - np.linalg.pinv(information + prior, hermitian=True) @ pull
-    told, _ = _seen(shape, alone, away)
+    told, _ = _seen(shape, alone, score)
     wider, left = 1 + square * told, there[which] - nothing
     price = float(np.log(wider).sum() + left @ precision @ left)
     return there, Pattern(which, float(np.sqrt(square)), precision, price, float((square * told / wider).sum()))
@@ -80,9 +90,9 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
 def _shapes(forms: tuple[Form, ...]) -> list[np.ndarray]:
     """(K, K) covariances, up to a factor, by which numbers may be drawn."""
     counts = {name: (f.effect.parameter(name).axis, f.sizes[name]) for f in forms for name in f.own}
-    many = [(axis, count) for axis, count in counts.values() if axis in (BIN, EDGE)]
+    many = [(axis, count) for axis, count in counts.values() if axis in DRAWN]
     each = block_diag(*(np.eye(count) for _, count in many))
-    if all(axis == BIN for axis, _ in many):
+    if all(axis != EDGE for axis, _ in many):
         return [each]
     # Of edge e, e widths have been drawn, and one for where the first is.
     walks = (1.0 + np.minimum.outer(np.arange(count), np.arange(count)) for _, count in many)
@@ -91,20 +101,22 @@ def _shapes(forms: tuple[Form, ...]) -> list[np.ndarray]:
     return [each, block_diag(*(w if axis == EDGE else one for axis, w, one in zip(axes, walks, alone, strict=True)))]
 
 
-def _seen(shape: np.ndarray, information: np.ndarray, away: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(K,) each: information of independent numbers of width 1 that make these, and what is found of them."""
+def _seen(shape: np.ndarray, information: np.ndarray, score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(K,) each: information of independent numbers of width 1 that make these, and the score of them at nothing."""
     root = np.linalg.cholesky(shape)
     told, ways = np.linalg.eigh(root.T @ information @ root)
-    return np.maximum(told, 0.0), ways.T @ np.linalg.solve(root, away)
+    return np.maximum(told, 0.0), ways.T @ root.T @ score
 
 
-def _likeliest(shape: np.ndarray, information: np.ndarray, away: np.ndarray) -> tuple[float, float, np.ndarray]:
+def _likeliest(shape: np.ndarray, information: np.ndarray, score: np.ndarray) -> tuple[float, float, np.ndarray]:
     """Minus twice the logarithm of the likelihood at the likeliest width, up to a constant; its square; the shape."""
-    told, along = _seen(shape, information, away)
+    told, promised = _seen(shape, information, score)
 
     def loss(log_width: float) -> float:
-        wider = 1 + np.exp(2 * log_width) * told
-        return float((np.log(wider) + along**2 * told / wider).sum())
+        square = np.exp(2 * log_width)
+        wider = 1 + square * told
+        # At the best of all the score is told times what is found: that squared, less what a width explains of it.
+        return float((np.log(wider) - square * promised**2 / wider).sum())
 
     seen = -0.5 * np.log(max(told.max(initial=0.0), 1e-12))
     found = minimize_scalar(loss, bounds=(seen + np.log(LEAST), seen + np.log(MOST)), method="bounded")

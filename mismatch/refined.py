@@ -134,8 +134,9 @@ def richer(form: Form, forms: list[Form]) -> Iterator[Form]:
 def _adds(other: Form, form: Form) -> bool:
     """Whether a form of the same strengths, or more, leaves something free that another does not.
 
-    One of so many strengths that it is tried in no other way begins here whatever it has in common.
+    One of so many strengths that it is tried in no other way begins here whatever it has in common; of patches, too.
     """
     many = len(other.strengths) > MOST_STRENGTHS and other.free not in form.effect.richer
+    many |= any(form.effect.parameter(name).axis == "patch" for name in set(other.own) - set(form.own))
     strengths = set(other.strengths) >= set(form.strengths) and set(other.own) >= set(form.own)
     return (strengths or many) and bool(set(other.free) - set(form.free))

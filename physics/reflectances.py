@@ -6,6 +6,7 @@ from scipy.special import expit
 from physics.effect import Values
 from physics.light import Light
 from physics.marks import in_ball
+from physics.patchwork import patchwork
 from physics.space_waves import wave
 from physics.texture import PRODUCTS, texture
 from physics.told_apart import numbers
@@ -46,6 +47,8 @@ def log_factor(values: Values, light: Light) -> np.ndarray:
         found = found + wave(values, light)
     if any(values[name] != 0 for name in PRODUCTS):
         found = found + texture(values, light)
+    if np.any(values["patch"]):
+        found = found + patchwork(values["patch"], light)
     if values["contrast"] != 0 or values["step"] != 0:
         log = np.log(np.where(light.reflectance > 0, light.reflectance, MIDDLE).astype(float))
         found = found + values["contrast"] * (log - np.log(MIDDLE))

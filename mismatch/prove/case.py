@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from mismatch.form import DRAWN
 from mismatch.prove.rig import Rig, draw_rig
 from mismatch.prove.shown import MOVED, moved, strength_for
 from mismatch.prove.strangers import STRANGERS
@@ -13,6 +14,7 @@ from physics.effect import Effect, Setting
 from physics.effects import all_effects
 from physics.footprint import footprints
 from physics.nominal import ForwardModel
+from physics.patchwork import PATCHES
 from physics.rendering import Rendering
 from physics.simulate import light_of
 from physics.single_photons.acts import all_acts
@@ -130,8 +132,8 @@ def draw_setting(
             size = rng.uniform(*UNLIKE, nominal.shape[1]) * (
                 rng.choice([-1, 1], nominal.shape[1]) if p.low < p.vanishes_at else 1
             )
-        if p.axis in ("bin", "edge"):
-            size = rng.normal(size=nominal.shape[2])
+        if p.axis in DRAWN:
+            size = rng.normal(size=PATCHES if p.axis == "patch" else nominal.shape[2])
         values[name] = p.vanishes_at + sign * (p.start - p.vanishes_at) * (size if p.axis and np.ptp(size) else size[0])
 
     def at(strength: float) -> Setting:

@@ -23,7 +23,8 @@ PASSING = 0.03
 
 class ReflectanceMap(Effect):
     """Reflectance ρ becomes ρ · (ρ/½)^contrast · exp(step·s(ln(level/ρ)/0.1) + near·s(ln(near_range/r)/0.02)
-    + spot·exp(-d²/2·size²) + mark·(in it) + wave + texture + one at surface number `surface` + surface_k at number k).
+    + spot·exp(-d²/2·size²) + mark·(in it) + wave + texture + patches + one at surface number `surface` + surface_k at
+    number k).
 
     s(x) = 1/(1 + e^-x); d is the distance of a pixel's ray from the spot's, both as tangents x/z, y/z. The texture is
     a polynomial of these tangents, slope_x·x + slope_y·y + bow_x·x² + bow_y·y² + bow_xy·x·y + bend_xxx·x³ + ..., and
@@ -33,7 +34,8 @@ class ReflectanceMap(Effect):
     Contrast stands for a guess from colour that is too flat or too steep, the step for dyes that are dark in colour and
     bright in the near infrared (or the reverse), the near step for an object before a wall, the spot for what the field
     of view itself carries, the mark for ink or tape on a surface, which stays there (`marks`), the wave for a finish
-    that goes to and fro, as wallpaper and wood do (`space_waves`). Nothing is cut at 1:
+    that goes to and fro, as wallpaper and wood do (`space_waves`), patches for what differs from place to place with
+    no order to it (`patchwork`). Nothing is cut at 1:
     reflectance is known up to the gain, and a surface that sends light back to where it came from outshines a white
     matt one. Surfaces are told apart and followed through the frames by their geometry (`segments`), or told by the
     reflectance assumed of them (`materials`), and numbered by their pixels in all frames, the largest first: an object
@@ -67,7 +69,9 @@ class ReflectanceMap(Effect):
         ("one",),
         SURFACES[:FEW],
         SURFACES,
+        ("patch",),
     )
+    richer = forms[-1:]
     parameters = (
         Parameter(
             "contrast", "1", -1.0, 5.0, 0.3, "Exponent by which contrasts are stronger; -1 makes all alike.", 0.0
@@ -92,6 +96,8 @@ class ReflectanceMap(Effect):
             # What is some tenths wide varies as much by a higher power where its factor is the larger.
             for most, unit in ((20.0 * 4 ** (len(product) - 1), f"1/m^{len(product)}" if name in SPACE else "1"),)
         ),
+        # A factor of 4 beside what surfaces are on the whole.
+        Parameter("patch", "1", -1.4, 1.4, 0.1, "Logarithm of the factor about each knot.", 0.0, axis="patch"),
         Parameter("one", "1", -5.0, 5.0, 0.3, "Logarithm of the factor on surface `surface`.", vanishes_at=0.0),
         *WHICH,
         *(
@@ -101,8 +107,8 @@ class ReflectanceMap(Effect):
     )
 
     def reach(self, values: Values) -> tuple[float, float]:
-        """Surfaces are followed, and numbered by their pixels, through all frames."""
-        return (np.inf, np.inf) if by_surface(values) else (0.0, 0.0)
+        """Surfaces are followed, and numbered by their pixels, through all frames; so are patches."""
+        return (np.inf, np.inf) if by_surface(values) or np.any(values["patch"]) else (0.0, 0.0)
 
     def mixes(self, values: Values) -> bool:
         """Which surface is which a part of the frames knows."""

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from mismatch.fit import fit, fit_nominal
+from mismatch.fit import fit, fit_nominal, on_others
 from mismatch.form import all_forms, forms_of
+from mismatch.leftover import what_is_left
 from mismatch.refined import enlarged, enriched, plainer, refined, richer
 from physics.effects import find_effect
 from recordings.refusal import Refusal
@@ -37,6 +38,21 @@ def test_where_nothing_is_left_it_stays_as_it_is(drawn):
     train, test = simulation.of(EVEN), simulation.of(ODD)
     one = chosen(train, common("ambient_pedestal"))
     assert refined(train, test, one, FORMS) is one
+
+
+def test_reflectance_that_follows_no_order_is_told_patch_by_patch(drawn):
+    """Whatever plainer form it was taken for; as random as it is, frames held out are predicted by it."""
+    texture = np.random.default_rng(5).normal(0, 0.3, 128)
+    simulation = drawn(3, "reflectance_map", patch=texture)
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    one = chosen(train, next(form for form in FORMS if form.free == ("contrast",)))
+    found = refined(train, test, one, FORMS)
+    assert found.forms[0].own == ("patch",)
+    assert found.deviance < one.deviance - 200
+    assert on_others(test, found)[1] < on_others(test, one)[1] - 200
+    assert not what_is_left(train, found)
+    # Numbers are shrunk by what noise has widened them, not beyond what was drawn.
+    assert 0.15 < found.pattern.width * found.forms[0].effect.parameter("patch").start < 0.5
 
 
 def test_what_is_newly_free_begins_where_its_form_does():

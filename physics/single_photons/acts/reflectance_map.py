@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import interpn
 
 from physics.effect import Values
 from physics.single_photons.surfaces import surface_numbers
@@ -35,6 +36,7 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
         * texture
         * _of_a_mark(values, world)
         * _of_a_wave(values, world)
+        * _of_patches(values, world)
         * _of_surfaces(world, values)
     )
     return replace(world, reflectance=np.where(shines, told * factor, world.reflectance))
@@ -64,6 +66,28 @@ def _of_a_wave(values: Values, world: World) -> np.ndarray | float:
         return 1.0
     phase = at_the_start(world, "reflectance_map with a wave") @ [values[f"wave_{axis}"] for axis in "xyz"]
     return np.exp(np.real((values["wave_cos"] - 1j * values["wave_sin"]) * np.exp(1j * phase)))
+
+
+def _of_patches(values: Values, world: World) -> np.ndarray | float:
+    """Tents about the corners of 5 × 5 × 5 boxes of which all that was seen fills the whole, if it is not too thin.
+
+    The corners under whose tents most is seen have numbers, 128 of them.
+    """
+    if not np.any(values["patch"]):
+        return 1.0
+    every = [world.at(time) for time in world.times_s]
+    points = np.concatenate([at_the_start(one, "reflectance_map of patches")[one.depth_m > 0] for one in every])
+    longest = np.ptp(points, axis=0).max()
+    axes = [along.min() + np.linspace(0, max(np.ptp(along), longest / 4), 6) for along in points.T]
+    tents = [
+        np.maximum(1 - np.abs(along[:, None] - at) / (at[1] - at[0]), 0)
+        for along, at in zip(points.T, axes, strict=True)
+    ]
+    seen = np.einsum("ni,nj,nk->ijk", *tents).ravel()
+    logs = np.zeros(seen.size)
+    logs[np.argsort(-seen, kind="stable")[:128]] = values["patch"]
+    here = np.clip(at_the_start(world, "reflectance_map of patches"), *np.array(axes)[:, [0, -1]].T)
+    return np.exp(interpn(axes, logs.reshape(6, 6, 6), here))
 
 
 def _of_view(values: Values, x: np.ndarray, y: np.ndarray) -> np.ndarray:

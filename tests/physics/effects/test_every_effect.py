@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mismatch.form import DRAWN
 from physics.effect import STAGES, Effect, Parameter, in_order
 from physics.effects import all_effects, fault_of, find_effect
 from physics.nominal import ForwardModel
@@ -76,7 +77,7 @@ class TestEveryEffect:
     def test_each_zone_may_have_its_own_where_it_says_so(self, name, model):
         effect = find_effect(name)
         for parameter in effect.parameters:
-            if parameter.axis in ("bin", "edge"):
+            if parameter.axis in DRAWN:
                 continue
             if parameter.axis != "zone":
                 with pytest.raises(Refusal, match="expected one number"):

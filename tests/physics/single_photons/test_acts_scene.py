@@ -196,6 +196,7 @@ def test_photons_of_a_lag_go_pixel_by_pixel_and_nothing_else_is_drawn_in_silence
         ("reflectance_map", {"mark": 0.5}),
         ("reflectance_map", {"space_x": 0.5}),
         ("reflectance_map", {"wave_cos": 0.5}),
+        ("reflectance_map", {"patch": 0.5}),
         ("second_surface", {"pane": 0.5}),
     ],
 )

@@ -210,6 +210,7 @@ STRENGTHS = {
         {"slope_x": 0.3, "space_x": 0.8, "space_zz": -1.5, "space_xy": 4},
         {"mark": -1.5, "mark_x": 0.1, "mark_y": 0.05, "mark_z": 0.6, "mark_size": 0.25},
         {"wave_sin": 0.6, "wave_cos": -0.3, "wave_x": 9, "wave_y": -14, "wave_z": 5},
+        {"patch": 0.5 * np.sin(np.arange(128) ** 2)},
     ],
     "scattering_medium": [
         {"extinction": 0.5},
@@ -300,7 +301,7 @@ EVERY = [
 
 
 # What stays where it is while the camera moves.
-STANDS = ("still", "mark", "pane", "wave_sin", "space_x")
+STANDS = ("still", "mark", "pane", "wave_sin", "space_x", "patch")
 # Nearer, turned, and aside.
 POSES = np.tile(np.eye(4), (3, 1, 1))
 POSES[1, :3, :3] = Rotation.from_euler("zyx", [4, -6, 3], degrees=True).as_matrix()
@@ -336,7 +337,7 @@ def _p_of_chi2(counts, expected):
 @pytest.mark.parametrize(("name", "i"), EVERY)
 def test_an_effect_does_to_photons_what_the_model_says(name, i, both):
     setting = find_effect(name).at(**STRENGTHS.get(name, [{}])[i])
-    moves = {"poses": POSES} if any(setting.values.get(one) for one in STANDS) else {}
+    moves = {"poses": POSES} if any(np.any(setting.values.get(one)) for one in STANDS) else {}
     found = compared(both, [setting], DRAWN.get(name, MANY), seed=2 + i, **moves)
     assert found.p > 1e-4
     assert abs(found.size - 1) < max(4 * found.sigma, 0.01)
