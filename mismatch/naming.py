@@ -55,12 +55,12 @@ def standing(train: Simulation, test: Simulation, judged: Fit) -> Fit:
     """The fit less every effect without which frames held out fit nearly as well: others have come to say what it said.
 
     One that came first may have become too little to be a cause of its own. It has not where few of the frames held out
-    show it and the frames that chose miss it by much.
+    show it and the frames that chose miss it by much; but where those held out fit better without.
     """
     for form in judged.forms if len(judged.forms) > 1 else ():
         less = without(train, judged, form)
         missed = on_others(test, less)[1] - on_others(test, judged)[1]
-        if missed + CHOSEN_BY * (less.deviance - judged.deviance) < MINOR_AS_EXPECTED:
+        if missed < -MINOR_AS_EXPECTED or missed + CHOSEN_BY * (less.deviance - judged.deviance) < MINOR_AS_EXPECTED:
             return standing(train, test, less)
     return judged
 

@@ -161,6 +161,22 @@ def test_what_few_of_the_frames_held_out_show_stands(rig, simulated, pedestal):
     assert standing(train, test, both) is both
 
 
+def test_what_frames_held_out_fit_better_without_does_not_stand(rig, simulated):
+    """Pulses that have tails in the frames that choose alone, however much it gains there."""
+    there = find_effect("ambient_pedestal").at(level=2.0), find_effect("impulse_tail").at(share=0.15)
+    chose = np.arange(0, 24, 2)
+    expected = np.array(rig.expected(there[0]))
+    expected[chose] = rig.expected(*there)[chose]
+    simulation = simulated(np.random.default_rng(5).poisson(expected))
+    train, test = simulation.of(chose), simulation.of(chose + 1)
+    both = (forms("ambient_pedestal")[0], forms("impulse_tail")[0])
+    both = fit(train, both, np.concatenate([fit_nominal(train).x, *(form.at_start() for form in both)]))
+    less = without(train, both, both.forms[1])
+    assert less.deviance - both.deviance > 1000
+    assert on_others(test, less)[1] - on_others(test, both)[1] < -35
+    assert [form.effect.id for form in standing(train, test, both).forms] == ["ambient_pedestal"]
+
+
 def test_many_parameters_are_not_expected_to_gain_the_noise_they_fitted(drawn):
     """Forty-eight widths fitted on half of the frames gain what is expected of them on the other half."""
     pattern = 0.06 * np.random.default_rng(2).normal(size=48)
