@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import norm
 
+from mismatch.afterimages import afterimage
 from mismatch.checks import checks
 from mismatch.echoes import echoes
 from mismatch.fit import Fit
@@ -35,6 +36,7 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     mean = Nuisances(simulation, fitted.frame_gain_sigma).applied(fitted.expected)
     besides = [*checks(simulation, mean), stuck(simulation, mean)]
     besides += ripples(simulation.counts - mean, mean)
+    besides.append(afterimage(simulation.counts - mean, mean, simulation.frames))
     besides += echoes(simulation, fitted.expected, np.maximum(mean, LEAST))
     window = worst_window(simulation, mean)
     many = len(looked) + len(besides) + 1

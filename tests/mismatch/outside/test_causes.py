@@ -48,6 +48,22 @@ def test_a_recursive_filter(scene):
     np.testing.assert_allclose(changed(model, "frame_average", share=0.3), oracle, rtol=1e-12)
 
 
+def test_events_are_filed_in_other_bins(scene):
+    """One by one: a digit inverted, or late in a turn and a turn late; those beyond the window are nowhere."""
+    model, *_ = scene
+    plain = model.expected(1000.0)
+    for values, where in (
+        ({"flipped": 0.2, "digit": 2.0}, {t: t ^ 4 for t in range(BINS)}),
+        ({"slipped": 0.2, "turn": 16.0, "last": 0.75}, {t: t + 16 for t in range(BINS) if t % 16 >= 12}),
+    ):
+        oracle = plain.copy()
+        for t, to in where.items():
+            oracle[..., t] -= 0.2 * plain[..., t]
+            if to < BINS:
+                oracle[..., to] += 0.2 * plain[..., t]
+        np.testing.assert_allclose(changed(model, "misfiled_bins", **values), oracle, rtol=1e-12)
+
+
 @pytest.mark.parametrize("half", [0.3, 1.0, 2.6])
 def test_a_long_exposure_is_a_mean_over_time(scene, half):
     """Counts between frames by interpolation, averaged over many times; the ends stand still."""
