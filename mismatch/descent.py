@@ -1,11 +1,9 @@
 """A fit on its way to the best coordinates: Fisher scoring with Levenberg's damping, one step after another."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from mismatch.coordinate import bounds
-from mismatch.form import Form, settings_at
+from mismatch.derivatives import derivatives, expected_at
+from mismatch.form import Form
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import Nuisances
 from mismatch.pattern import held
@@ -13,7 +11,6 @@ from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
 from recordings.refusal import Refusal
 
-STEP = 1e-3
 # Deviance by which a step must still gain; far below what one parameter gains by chance.
 SETTLED = 0.05
 # Levenberg's damping up to which a step is nearly the whole one.
@@ -44,7 +41,7 @@ class Descent:
             self.low[stays] = self.high[stays] = self.x[stays]
         self.expected = expected_at(simulation, forms, self.x)
         self.deviance = deviance_at(self.nuisances, forms, self.x, self.expected)
-        self._precision = held(forms)
+        self._precision, self._slopes = held(forms), simulation.kept.get("slopes")
         self.hoped, self.over, self._damping, self._steps = -np.inf, False, 1e-3, 0
 
     def run(self, most_steps: int = MOST_STEPS) -> "Descent":
@@ -57,7 +54,7 @@ class Descent:
 
     def _step(self) -> None:
         """One step, with as much damping as it takes to gain."""
-        columns = derivatives(self.simulation, self.forms, self.x, self.expected)
+        columns, self._slopes = derivatives(self.simulation, self.forms, self.x, self.expected, self._slopes)
         gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns, nearly=True)
         gradient, curvature = gradient - self._precision * self.x, curvature + np.diag(self._precision)
         whole = bounded_step(gradient, curvature, 0.0, self.x, self.low, self.high)
@@ -87,59 +84,3 @@ class Descent:
         # A short step gains little wherever it is: only one that was hardly damped says that no more is to be had.
         self._steps += 1
         self.over = (won < SETTLED and damped <= FREE) or self._steps == MOST_STEPS
-
-
-def expected_at(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray) -> np.ndarray:
-    """(F, P, T) expected counts at coordinates."""
-    return simulation.expected(float(np.exp(x[0])), settings_at(forms, x))
-
-
-def derivatives(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """(F·P·T, N) change of expected counts `here` with each coordinate.
-
-    Where each zone or bin has its own value, all are moved at once: each moves its own counts only. An edge moves the
-    bin before it and the one after: even and odd edges are moved one after the other, patches each by itself.
-    """
-    # Coordinate by coordinate in memory: each is written, and multiplied with others, as a whole.
-    out = np.zeros((len(x), *here.shape))
-
-    def change(turn: tuple[str | None, np.ndarray, np.ndarray, np.ndarray]) -> None:
-        axis, which, places, steps = turn
-        moved = x.copy()
-        moved[which] += steps
-        changed = expected_at(simulation, forms, moved) - here
-        for coordinate, place, step in zip(which, places, steps, strict=True):
-            cells = _moved_cells(axis, place)
-            out[(coordinate, *cells)] = changed[cells] / step
-
-    simulation.each(change, list(_turns(forms, x)))
-    return out.reshape(len(x), -1).T
-
-
-def _turns(forms: tuple[Form, ...], x: np.ndarray) -> Iterator[tuple[str | None, np.ndarray, np.ndarray, np.ndarray]]:
-    """What is moved at once: of what each has its own value, which coordinates, of which zones or bins, how far."""
-    yield None, np.zeros(1, int), np.zeros(1, int), np.full(1, STEP)
-    at = 1
-    for form in forms:
-        end = at + len(form.coordinates)
-        while at < end:
-            parameter, place = form.coordinates[at - end]
-            count = 1 if place is None else form.sizes[parameter.name]
-            axis = None if place is None else parameter.axis
-            _, high = bounds(parameter)
-            turns = {"edge": 2, "patch": count}.get(axis, 1)
-            for turn in range(turns):
-                places = np.arange(turn, count, turns)
-                which = at + places
-                yield axis, which, places, np.where(x[which] + 2 * STEP > high, -STEP, STEP)
-            at += count
-
-
-def _moved_cells(axis: str | None, i: int) -> tuple[slice, slice, slice]:
-    """Which of (F, P, T) counts move with a parameter, or with that of one zone, bin or edge."""
-    every, one = slice(None), slice(i, i + 1)
-    if axis == "zone":
-        return every, one, every
-    if axis == "bin":
-        return every, every, one
-    return every, every, slice(max(i - 1, 0), i + 1) if axis == "edge" else every

@@ -5,7 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from mismatch.descent import MOST_STEPS, Descent, derivatives, expected_at
+from mismatch.derivatives import Slopes, derivatives, expected_at
+from mismatch.descent import MOST_STEPS, Descent
 from mismatch.errors import NEAR, covariance
 from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
@@ -48,9 +49,19 @@ class Fit:
         """The effects at their best."""
         return settings_at(self.forms, self.x)
 
-    @cached_property
+    @property
     def columns(self) -> np.ndarray:
         """(F·P·T, N) derivatives of expected counts by x; made when they are asked for, as they take renderings."""
+        return self._derivatives[0]
+
+    @property
+    def slopes(self) -> Slopes | None:
+        """Those by numbers of patches, None where there are none."""
+        return self._derivatives[1]
+
+    @cached_property
+    def _derivatives(self) -> tuple[np.ndarray, Slopes | None]:
+        """See `derivatives`."""
         return derivatives(self.simulation, self.forms, self.x, self.expected)
 
     @cached_property

@@ -23,6 +23,8 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
     """What forms promise beside a fit, the best start of each form, best first; and how many were tried."""
     projection = Projection(simulation, fitted)
     known = simulation.remembered.beginning(fitted.expected)
+    # Fits beside this one begin with its slopes. Here, not where it was reached: there several are at once.
+    simulation.kept["slopes"] = fitted.slopes
     by_effect: dict[str, list[Form]] = {}
     for form in forms:
         if len(form.strengths) <= MOST_STRENGTHS and form.free not in form.effect.richer:

@@ -5,15 +5,15 @@ import numpy as np
 from physics.effect import Effect, Parameter, Values
 from physics.rendering import Rendering
 
-# Digits of bin numbers, and bins in a turn of the coarse counter.
-DIGITS, TURNS = range(8), (4, 8, 16, 32, 64)
-# Where in a turn the last parts begin that are tried.
-LAST = (0.5, 0.75, 0.875)
+# Digits of bin numbers; fewest bins in a turn of the coarse counter, and parts of it that are tried, the likeliest.
+DIGITS, TURN, WIDE, LIKELY = range(8), 4, (1, 2, 4), 4
+# Counts by which nothing is divided.
+LEAST = 1e-3
 
 
 class MisfiledBins(Effect):
     """Part `flipped` of all events has digit `digit` of the binary number of its bin inverted; and part `slipped` of
-    those in the last part of a turn of `turn` bins, from part `last` of it on, is filed a turn later.
+    those in the `wide` bins from bin `at` of each turn of `turn` bins on is filed a turn later.
 
     The first is a latch that samples a line as it changes. The second is a coarse counter that counts on before the
     fine one is back at 0. Either makes echoes, as surfaces do, of some bins alone: before and behind, or behind.
@@ -27,11 +27,10 @@ class MisfiledBins(Effect):
     parameters = (
         Parameter("flipped", "1", 0.0, 0.5, 0.01, "Part of events with a digit inverted.", vanishes_at=0.0),
         Parameter("digit", "1", 0.0, 7.0, 3.0, "Which digit, the lowest is 0."),
-        Parameter(
-            "slipped", "1", 0.0, 1.0, 0.05, "Part of events late in a turn that are a turn late.", vanishes_at=0.0
-        ),
+        Parameter("slipped", "1", 0.0, 1.0, 0.05, "Part of those events that are a turn late.", vanishes_at=0.0),
         Parameter("turn", "bins", 2.0, 256.0, 16.0, "Bins of a turn."),
-        Parameter("last", "1", 0.0, 1.0, 0.75, "Part of a turn after which they are."),
+        Parameter("at", "bins", 0.0, 256.0, 12.0, "Bin of a turn from which on they are."),
+        Parameter("wide", "bins", 1.0, 256.0, 4.0, "In how many bins they are."),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -40,15 +39,27 @@ class MisfiledBins(Effect):
         flipped = _filed(
             rendering.expected, bins ^ (1 << round(values["digit"])), np.full(len(bins), values["flipped"])
         )
-        return _filed(flipped, bins + turn, values["slipped"] * (bins % turn >= values["last"] * turn))
+        late = (bins - round(values["at"])) % turn < round(values["wide"])
+        return _filed(flipped, bins + turn, values["slipped"] * late)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Every digit, every turn."""
+        """Every digit; and the turns, and places in them, that explain most of an excess, bin by bin."""
         bins = rendering.clock.bins
         digits = [{"flipped": self.parameter("flipped").start, "digit": float(d)} for d in DIGITS if 1 << d < bins]
-        start = self.parameter("slipped").start
-        turns = [(turn, last) for turn in TURNS for last in LAST if turn < bins and turn * (1 - last) >= 1]
-        return digits + [{"slipped": start, "turn": float(turn), "last": last} for turn, last in turns]
+        found = []
+        for turn in range(TURN, bins // 2):
+            now, told = expected[..., :-turn], 1 / np.maximum(expected, LEAST)
+            amiss = excess * told
+            score = (now * (amiss[..., turn:] - amiss[..., :-turn])).sum(axis=(0, 1))
+            information = (now**2 * (told[..., turn:] + told[..., :-turn])).sum(axis=(0, 1))
+            of, known = (np.bincount(np.arange(bins - turn) % turn, each, turn) for each in (score, information))
+            for wide in (wide for wide in WIDE if wide < turn):
+                here, sure = (sum(np.roll(each, -k) for k in range(wide)) for each in (of, known))
+                evidence = np.maximum(here, 0) ** 2 / np.maximum(sure, LEAST)
+                best = int(np.argmax(evidence))
+                found.append((float(evidence[best]), {"turn": float(turn), "at": float(best), "wide": float(wide)}))
+        strength = {"slipped": self.parameter("slipped").start}
+        return digits + [strength | where for _, where in sorted(found, key=lambda one: -one[0])[:LIKELY]]
 
 
 def _filed(counts: np.ndarray, to: np.ndarray, part: np.ndarray) -> np.ndarray:

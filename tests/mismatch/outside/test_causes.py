@@ -54,7 +54,7 @@ def test_events_are_filed_in_other_bins(scene):
     plain = model.expected(1000.0)
     for values, where in (
         ({"flipped": 0.2, "digit": 2.0}, {t: t ^ 4 for t in range(BINS)}),
-        ({"slipped": 0.2, "turn": 16.0, "last": 0.75}, {t: t + 16 for t in range(BINS) if t % 16 >= 12}),
+        ({"slipped": 0.2, "turn": 16.0, "at": 12.0, "wide": 4.0}, {t: t + 16 for t in range(BINS) if t % 16 >= 12}),
     ):
         oracle = plain.copy()
         for t, to in where.items():
@@ -62,6 +62,15 @@ def test_events_are_filed_in_other_bins(scene):
             if to < BINS:
                 oracle[..., to] += 0.2 * plain[..., t]
         np.testing.assert_allclose(changed(model, "misfiled_bins", **values), oracle, rtol=1e-12)
+
+
+def test_the_turn_of_a_coarse_counter_is_looked_for(scene):
+    model, light, clock = scene
+    where = {"turn": 11.0, "at": 9.0, "wide": 2.0}
+    plain, slipped = model.expected(1000.0), changed(model, "misfiled_bins", slipped=0.2, **where)
+    starts = CAUSES["misfiled_bins"].starts(slipped - plain, plain, Rendering(light, None, clock, 1000.0))
+    assert {"slipped": 0.05, **where} in starts
+    assert all(CAUSES["misfiled_bins"].at(**start) for start in starts)
 
 
 @pytest.mark.parametrize("half", [0.3, 1.0, 2.6])
