@@ -8,7 +8,7 @@ from scipy.stats import norm
 from mismatch.descent import Descent
 from mismatch.fit import Fit, on_others, reached
 from mismatch.form import Form
-from mismatch.gained import SIGNIFICANT, falls_short, gained
+from mismatch.gained import SIGNIFICANT, falls_short, gained, poisson_scatter
 from mismatch.pattern import drawn
 from mismatch.poisson import LEAST
 from mismatch.race import race
@@ -93,7 +93,10 @@ class Candidate:
         not the cause; unless frames that chose happened to show things at worse places, or fewer of them.
         """
         short = (self.expected_gain - self.observed) / self.scatter
-        if short < -(FEW if self.looks else FAR) and self.expected_gain < SURPRISING * self.observed:
+        # What is expected was told by frames as many, and scatters about what it should be as what is gained does.
+        both = max(poisson_scatter(self.expected_gain + self.observed), self.scatter)
+        far = short < -FEW if self.looks else self.observed - self.expected_gain > FAR * both
+        if far and self.expected_gain < SURPRISING * self.observed:
             return True
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
         part = MINOR_PART / 4 if short < FAR and self.observed > TOLD else MINOR_PART

@@ -37,6 +37,8 @@ def of(observed, expected, away, looks=False):
         (127, 19, 1.0, 1000, True),
         (267, 63, 1.0, 1000, True),
         (188, 133, 1.0, 1000, False),
+        (104, 51, 1.0, 167, False),  # Both halves scatter: 53 apart, by 25.
+        (120, 51, 1.0, 167, True),
     ],
 )
 def test_what_is_minor(observed, expected, away, won, minor):
