@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.constants import speed_of_light
 
-from physics.arrivals import Arrivals, arrivals
+from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.intervals import best_interval
-from physics.light import Light, Return
+from physics.open_air import layers, open_air, ranges_of, way_in
 from physics.rendering import Rendering
 from physics.walk import SHORTEST_S, curve
 
@@ -24,7 +24,8 @@ UNEVEN = 10.0
 class ScatteringMedium(Effect):
     """A medium of extinction α: light from range R is less by exp(-2αL), and air before it sends light back.
 
-    L is how much of the way to R lies in the medium: all of it, or what is between `begin` and `begin` + `thickness`.
+    L is how much of the way to R lies in the medium: all of it, or what is between `begin` and `begin` + `thickness`,
+    whose edges are soft as if normally distributed by `soft`: a layer much softer than thick is a Gaussian of range.
     Scattering once, to all directions alike, a layer dr returns what a matt surface of ρ·cosθ = ω·α·dr/4 would; near
     the sensor emitter and receiver overlap in part, so that 1/r² becomes 1/(r² + overlap²), and 0 before `blind`. Each
     zone's medium reaches as far as its surfaces; pixels whose range is unknown have none. Zones may look into denser or
@@ -45,13 +46,14 @@ class ScatteringMedium(Effect):
     forms = (
         ("extinction", "albedo", "overlap", "blind"),
         ("extinction", "albedo", "begin", "thickness"),
+        ("extinction", "albedo", "begin", "thickness", "soft"),
         ("extinction", "albedo", "overlap", "blind", "growth"),
         ("extinction", "albedo", "begin", "thickness", "growth"),
         (*HAZE, "albedo", "overlap", "blind"),
         (*HAZE, *HALFWAY, "albedo", "overlap", "blind"),
         (*HAZE, "albedo", "begin", "thickness"),
     )
-    richer = (forms[5],)
+    richer = (forms[6],)
     parameters = (
         Parameter(
             "extinction",
@@ -104,6 +106,9 @@ class ScatteringMedium(Effect):
             start=100.0,
             sentence="How far it reaches from there.",
         ),
+        Parameter(
+            "soft", "m", 0.0, 5.0, 0.0, "Standard deviation by which its edges lie nearer or farther.", tries=(0.1,)
+        ),
         Parameter("growth", "1/s", -1.0, 20.0, 0.0, "Part by which it is denser after a second, or thinner."),
         *(Parameter(name, "1/m", 0.0, 10.0, 0.03, "Extinction at this time.", vanishes_at=0.0) for name in HAZE),
         *(
@@ -115,11 +120,11 @@ class ScatteringMedium(Effect):
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Extinction of what is there, and the backscatter of each zone's open air."""
-        surfaces, ranges = rendering.arrivals, _ranges(rendering)
+        surfaces, ranges = rendering.arrivals, ranges_of(rendering)
         alpha = _extinction(values, rendering.light.time_s)[..., None]
-        passed = np.exp(-2 * alpha * np.clip(ranges - values["begin"], 0, values["thickness"]))
-        layers = values["albedo"] * alpha / 4 * _layers(values, rendering, ranges)
-        return replace(surfaces, light=passed * (surfaces.light + layers * _open_air(rendering, ranges)))
+        passed = np.exp(-2 * alpha * way_in(values, ranges))
+        sent = values["albedo"] * alpha / 4 * layers(values, rendering, ranges)
+        return replace(surfaces, light=passed * (surfaces.light + sent * open_air(rendering, ranges)))
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A layer that ends at the sensor's own glass is that glass; nor does air differ much from zone to zone."""
@@ -132,9 +137,9 @@ class ScatteringMedium(Effect):
         clock, session_s = rendering.clock, float(np.ptp(rendering.light.time_s))
         swathes = [{name: self.parameter(name).start for name in HAZE} | {"every": session_s / (len(HAZE) - 1)}]
         swathes = swathes if swathes[0]["every"] > SHORTEST_S else []
-        ranges = _ranges(rendering)
+        ranges = ranges_of(rendering)
         everywhere = {p.name: p.start for p in self.parameters}
-        air = _layers(everywhere, rendering, ranges) * _open_air(rendering, ranges)
+        air = layers(everywhere, rendering, ranges) * open_air(rendering, ranges)
         back = rendering.gain * Arrivals(air, clock.lattice, clock.bins).binned()
         light, noise = np.maximum(expected - rendering.background, 0), 1 / np.maximum(expected, 1)
         first, last, evidence = best_interval(
@@ -163,33 +168,6 @@ def _extinction(values: Values, time_s: np.ndarray) -> np.ndarray:
     if values["every"] <= SHORTEST_S or not heights.any():
         return found
     return found + np.maximum(curve(heights, values["every"] / 2, time_s), 0)[:, None]
-
-
-def _ranges(rendering: Rendering) -> np.ndarray:
-    """(F or 1, P, J) range at each knot, negative before time zero."""
-    lattice, zero = rendering.clock.lattice, np.asarray(rendering.clock.time_zero_s, float)
-    knots_s = lattice.first_s + lattice.step_s * np.arange(lattice.size)
-    return speed_of_light / 2 * (knots_s - np.atleast_2d(zero)[..., None])
-
-
-def _layers(values: Values, rendering: Rendering, ranges: np.ndarray) -> np.ndarray:
-    """Integral of 1/(r² + overlap²) over the medium in the layer around each knot, in closed form."""
-    half = speed_of_light / 4 * rendering.clock.lattice.step_s
-    end = values["begin"] + values["thickness"]
-    begin = min(max(values["begin"], values["blind"]), end)
-    inner, outer = (np.arctan(np.clip(ranges + side, begin, end) / values["overlap"]) for side in (-half, half))
-    return (outer - inner) / values["overlap"]
-
-
-def _open_air(rendering: Rendering, ranges: np.ndarray) -> np.ndarray:
-    """(F, P, J) sum of each zone's weights over pixels whose surface is farther than the knot."""
-    light = rendering.light
-    known = np.isfinite(light.range_m) & (light.range_m > 0)
-    # What lies beyond the window is open air all the same.
-    nearer = np.minimum(np.where(known, light.range_m, 0), np.float32(ranges[..., -2].min()))
-    once: Light = replace(light, returns=(Return(nearer.astype(np.float32), known.astype(np.float32)),))
-    ends = arrivals(once, rendering.footprints, rendering.clock).light
-    return np.cumsum(ends[..., ::-1], axis=-1)[..., ::-1] - ends / 2
 
 
 effect = ScatteringMedium()

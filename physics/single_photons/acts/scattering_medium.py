@@ -5,7 +5,9 @@ from itertools import chain
 
 import numpy as np
 from scipy.constants import speed_of_light
+from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import make_interp_spline
+from scipy.stats import norm
 
 from physics.effect import Values
 from physics.single_photons.draw import by_zone, delays, many, way_m
@@ -33,8 +35,17 @@ def _extinction(world: World, values: Values) -> np.ndarray:
 
 
 def _way_in(values: Values, range_m: np.ndarray) -> np.ndarray:
-    """Metres of the way to a range that lie in the medium."""
+    """Metres of the way to a range that lie in the medium; summed up where its edges are soft."""
+    if values["soft"]:
+        at = np.linspace(0, max(float(np.nanmax(range_m, initial=0)), 1e-3), 4000)
+        return np.interp(range_m, at, cumulative_trapezoid(_medium(values, at), at, initial=0))
     return np.minimum(np.maximum(range_m, values["begin"]) - values["begin"], values["thickness"])
+
+
+def _medium(values: Values, range_m: np.ndarray) -> np.ndarray:
+    """How much of a medium there is at a range: of soft edges, the chance of being behind one and before the other."""
+    begin, end = values["begin"], values["begin"] + values["thickness"]
+    return norm.cdf(range_m, begin, values["soft"]) - norm.cdf(range_m, end, values["soft"])
 
 
 def _scattered(world: World, values: Values, rng: np.random.Generator) -> list[Photons]:
@@ -43,11 +54,12 @@ def _scattered(world: World, values: Values, rng: np.random.Generator) -> list[P
     Of light scattered evenly into 4π a square metre at distance r catches 1/(4πr²); of a matt surface's ρ·cosθ/(πr²),
     which is what a unit of light stands for: hence the quarter.
     """
-    overlap, end = values["overlap"], values["begin"] + values["thickness"]
+    overlap, wider = values["overlap"], 8 * values["soft"]
+    end = values["begin"] + values["thickness"] + wider
     extinction = _extinction(world, values)
     ranges = np.nan_to_num(world.range_m)
     shells = []
-    inner = max(values["begin"], values["blind"])
+    inner = max(values["begin"] - wider, values["blind"], 0.0)
     while inner < min(ranges.max(), end):
         outer = min(inner + max(inner, overlap), end)
         most = (outer - inner) * values["albedo"] / 4 / (inner**2 + overlap**2)
@@ -55,6 +67,8 @@ def _scattered(world: World, values: Values, rng: np.random.Generator) -> list[P
         zone, pixel = many(mean, rng)
         radius = inner + (outer - inner) * rng.random(len(zone))
         in_air = radius < ranges.ravel()[pixel]
+        if wider:
+            in_air &= rng.random(len(zone)) < _medium(values, radius)
         survives = rng.exponential(1.0, len(zone)) > 2 * extinction[zone] * _way_in(values, radius)
         caught = rng.random(len(zone)) * (radius**2 + overlap**2) < inner**2 + overlap**2
         time = world.time_zero_s[zone] + 2 * radius / speed_of_light + delays(world, len(zone), rng)

@@ -218,6 +218,7 @@ STRENGTHS = {
         {"extinction": 0.8, "overlap": 0.1, "blind": 0.15},
         {"extinction": [2, 0.5, 0, 1], "begin": 0.3, "thickness": 0.25},
         {"extinction": 0.8, "growth": 9},
+        {"extinction": 2, "begin": 0.3, "thickness": 0.15, "soft": 0.08},
         {"haze_1": 0.2, "haze_2": 1.5, "haze_3": 0.9, "haze_4": 0.1, "halfway_1": 0.3, "every": 0.04},
     ],
     "second_surface": [
