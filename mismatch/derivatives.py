@@ -1,33 +1,15 @@
 """How expected counts change with what is fitted: by differences, of as many at once as change different counts."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from mismatch.coordinate import bounds
 from mismatch.form import Form, settings_at
+from mismatch.remembered import Slopes
 from mismatch.simulation import Simulation
 
 STEP = 1e-3
-# Slopes of patches are as they were, in proportion to counts, where these have changed by less than this part of all.
-NEAR, LEAST = 0.1, 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class Slopes:
-    """Of patches, which take a rendering each. beside: (F, P, T) counts expected there. columns: (K, F, P, T)."""
-
-    beside: np.ndarray
-    columns: np.ndarray
-
-    def near(self, here: np.ndarray) -> bool:
-        """Whether they are of use where counts (F, P, T) are expected."""
-        return bool(np.abs(here - self.beside).sum() < NEAR * self.beside.sum())
-
-    def at(self, here: np.ndarray) -> np.ndarray:
-        """(K, F, P, T) as they are there."""
-        return self.columns * (here / np.maximum(self.beside, LEAST)).astype(np.float32)
 
 
 def expected_at(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray) -> np.ndarray:

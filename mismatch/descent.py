@@ -41,7 +41,7 @@ class Descent:
             self.low[stays] = self.high[stays] = self.x[stays]
         self.expected = expected_at(simulation, forms, self.x)
         self.deviance = deviance_at(self.nuisances, forms, self.x, self.expected)
-        self._precision, self._slopes = held(forms), simulation.kept.get("slopes")
+        self._precision, self._slopes = held(forms), simulation.remembered.slopes
         self.hoped, self.over, self._damping, self._steps = -np.inf, False, 1e-3, 0
 
     def run(self, most_steps: int = MOST_STEPS) -> "Descent":

@@ -5,13 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from mismatch.derivatives import Slopes, derivatives, expected_at
+from mismatch.derivatives import derivatives, expected_at
 from mismatch.descent import MOST_STEPS, Descent
 from mismatch.errors import NEAR, covariance
 from mismatch.form import Form, settings_at
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import Nuisances
 from mismatch.pattern import Pattern, drawn, shrunk
+from mismatch.remembered import Slopes
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
 from physics.effect import Setting

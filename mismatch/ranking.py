@@ -24,7 +24,7 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
     projection = Projection(simulation, fitted)
     known = simulation.remembered.beginning(fitted.expected)
     # Fits beside this one begin with its slopes. Here, not where it was reached: there several are at once.
-    simulation.kept["slopes"] = fitted.slopes
+    simulation.remembered.slopes = fitted.slopes
     by_effect: dict[str, list[Form]] = {}
     for form in forms:
         if len(form.strengths) <= MOST_STRENGTHS and form.free not in form.effect.richer:

@@ -10,19 +10,46 @@ import numpy as np
 MOST_NUMBERS = 1 << 25
 # Part of all counts by which a later fit may differ from the earlier for changes to be much the same.
 MUCH_THE_SAME = 0.2
+# The same for slopes of patches to be as they were, in proportion to counts.
+NEAR, LEAST = 0.1, 1e-9
+
+
+def alike(expected: np.ndarray, beside: np.ndarray, part: float) -> bool:
+    """Whether counts (F, P, T) differ from others by less than a part of all."""
+    return bool(np.abs(expected - beside).sum() < part * beside.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """Of patches, which take a rendering each. beside: (F, P, T) counts expected there. columns: (K, F, P, T)."""
+
+    beside: np.ndarray
+    columns: np.ndarray
+
+    def near(self, here: np.ndarray) -> bool:
+        """Whether they are of use where counts (F, P, T) are expected."""
+        return alike(here, self.beside, NEAR)
+
+    def at(self, here: np.ndarray) -> np.ndarray:
+        """(K, F, P, T) as they are there."""
+        return self.columns * (here / np.maximum(self.beside, LEAST)).astype(np.float32)
 
 
 @dataclass
 class Remembered:
-    """Changes of expected counts by what made them, beside counts that were expected without."""
+    """Changes of expected counts by what made them, beside counts that were expected without.
+
+    slopes: of patches there, None if there were none.
+    """
 
     beside: np.ndarray | None = None
     changes: dict[Hashable, np.ndarray] = field(default_factory=dict)
+    slopes: Slopes | None = None
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def beginning(self, expected: np.ndarray) -> bool:
         """Whether what is remembered is of use beside these counts (F, P, T); if not it is forgotten."""
-        if self.beside is not None and np.abs(expected - self.beside).sum() < MUCH_THE_SAME * self.beside.sum():
+        if self.beside is not None and alike(expected, self.beside, MUCH_THE_SAME):
             return True
         self.beside, self.changes = expected, {}
         return False

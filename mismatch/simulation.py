@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -125,11 +125,6 @@ class Simulation:
         moves = [setting.effect.moves_maps(setting.values) for setting in effects]
         both = any(zones for zones, _ in moves) and any(frames for _, frames in moves)
         return self.light.range_m.size * self.counts.shape[1] if both else 0
-
-    @cached_property
-    def kept(self) -> dict[str, Any]:
-        """What fits of it leave for later ones."""
-        return {}
 
     @cached_property
     def remembered(self) -> Remembered:

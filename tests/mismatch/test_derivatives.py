@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from mismatch.derivatives import Slopes, derivatives, expected_at
+from mismatch.derivatives import derivatives, expected_at
 from mismatch.fit import fit_nominal
 from mismatch.form import forms_of
+from mismatch.remembered import Slopes
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
