@@ -1,6 +1,7 @@
 """`multipath`: light takes a second bounce."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -47,8 +48,9 @@ class Multipath(Effect):
         S' = outside · ρ · cosθ' / |X'|²,   at (r + |X'|) / c
 
     in the zones that see the target. Light that goes the same way the other way round comes in from outside the view,
-    where no zone looks. A matt plane would spread that in time; this is its mean. The plane stands still: where it is
-    known how the camera moved, it is nearer or farther in every frame.
+    where no zone looks. A matt plane would spread that in time; this is its mean. It stands still, and is nearer or
+    farther in every frame where it is known how the camera moved; or it is a part of the robot and goes along. Where
+    light comes back that way as well as it goes, it goes with the direct light: S' = outside · S.
 
     By way of one patch outside the view, a part of the robot or of a wall: `physics.outside_patch`.
 
@@ -98,6 +100,8 @@ class Multipath(Effect):
         Parameter("outside_distance", "m", 0.01, 10.0, 0.5, "Distance of the plane from the sensor."),
         Parameter("outside_azimuth", "deg", -360.0, 360.0, 90.0, "Where it is in the image: 0 to the right, 90 down."),
         Parameter("outside_tilt", "deg", -80.0, 80.0, 0.0, "How it leans: 0 along the optical axis, above 0 ahead."),
+        Parameter("outside_stands", "1", 0.0, 1.0, 1.0, "1 where it stays where it was, 0 where it goes along."),
+        Parameter("outside_dimmed", "1", 0.0, 1.0, 0.0, "1 where it goes with what surfaces send back directly."),
         Parameter("patch", "1", 0.0, 10.0, 0.01, "What the patch sends on.", vanishes_at=0.0),
         Parameter("patch_x", "m", -5.0, 5.0, 0.3, "How far to the right of the sensor it is."),
         Parameter("patch_y", "m", -5.0, 5.0, 0.0, "How far below it."),
@@ -118,7 +122,10 @@ class Multipath(Effect):
         """Walls and planes on all sides by way of which light is about as late as what is in excess."""
         found = []
         for away in likely_distances(excess, expected, rendering):
-            found += [{"outside_distance": away, "outside_azimuth": side} for side in SIDES_DEG]
+            # One that goes along is tried at the likeliest distance alone.
+            for side, rides in product(SIDES_DEG, (0.0,) if found else (0.0, 1.0)):
+                plane = {"outside_distance": away, "outside_azimuth": side}
+                found.append(plane | {"outside_stands": 1 - rides, "outside_dimmed": rides})
             found.append({"around_distance": away})
         return found + likely_patches(excess, expected, rendering)
 
@@ -138,7 +145,8 @@ class Multipath(Effect):
             more.append(replace(by_wall, strength=(values["around"] * by_wall.strength).astype(np.float32)))
         if values["outside"]:
             plane = (float(values[f"outside_{name}"]) for name in ("distance", "azimuth", "tilt"))
-            half_path, strength = by_way_of_plane(light, *plane)
+            how = (values[f"outside_{name}"] > 0.5 for name in ("stands", "dimmed"))
+            half_path, strength = by_way_of_plane(light, *plane, *how)
             more.append(Return(half_path, (values["outside"] * strength).astype(strength.dtype)))
         if values["patch"]:
             place = (float(values[f"patch_{axis}"]) for axis in "xyz")

@@ -10,6 +10,7 @@ from recordings.files import load
 from recordings.maps_file import load_maps
 
 
+@pytest.mark.slow  # `make demo` runs, too, wherever all tests do
 def test_leaves_what_it_promises(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["demo", "--out", str(tmp_path / "demo"), "--grid", "32x18"])

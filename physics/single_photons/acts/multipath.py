@@ -141,7 +141,8 @@ def _by_a_plane_outside(lit: Lit, world: World, values: Values, rng: np.random.G
     azimuth, tilt = np.radians([values["outside_azimuth"], values["outside_tilt"]])
     distance = values["outside_distance"]
     axis = np.array([np.cos(azimuth) * np.cos(tilt), np.sin(azimuth) * np.cos(tilt), np.sin(tilt)])
-    moved = np.eye(4) if world.start_from_camera is None else world.start_from_camera
+    stands = values["outside_stands"] and world.start_from_camera is not None
+    moved = world.start_from_camera if stands else np.eye(4)
     sensor, point = moved[:3, 3], lit.point_m @ moved[:3, :3].T + moved[:3, 3]
     normal = lit.normal @ moved[:3, :3].T
     away, gap = distance - sensor @ axis, distance - point @ axis
@@ -154,8 +155,9 @@ def _by_a_plane_outside(lit: Lit, world: World, values: Values, rng: np.random.G
     cosine = (back * normal).sum(axis=1) / np.linalg.norm(back, axis=1)
     far = np.linalg.norm(behind, axis=1)
     nearness = np.minimum(gap / (EDGE * max(away, 1e-12)), 1) * min(away / (EDGE * distance), 1)
-    light = np.where(before, np.clip(cosine, 0, None) * nearness / far**2, 0)
-    zone, target = many((world.gain * lit.weights * values["outside"] * lit.albedo * light)[:, None], rng)
+    sends = lit.sends if values["outside_dimmed"] else lit.albedo * np.clip(cosine, 0, None) / far**2
+    light = np.where(before, sends * nearness, 0)
+    zone, target = many((world.gain * lit.weights * values["outside"] * light)[:, None], rng)
     return _photons(world, zone, lit.pixel[target], (far + lit.range_m)[target], rng)
 
 

@@ -13,6 +13,7 @@ from physics.clock import Clock
 from physics.effects.multipath import effect
 from physics.footprint import footprints
 from physics.light import Return, direct_light
+from physics.motion import Motion
 from physics.nominal import ForwardModel
 from physics.outside_plane import by_way_of_plane
 from physics.pulse import ImpulseResponse
@@ -224,6 +225,19 @@ def test_a_plane_that_leans_is_an_image_of_the_sensor_too():
     # A wall at right angles to z: the cosine is the way along z.
     cosine = np.clip(0.8 - image[2], 0, None) / far
     np.testing.assert_allclose(strength[0], 0.5 * cosine / far**2, rtol=1e-4)
+
+
+def test_a_plane_that_goes_along_with_the_sensor_is_as_far_in_every_frame():
+    """And what is dimmed as direct light is goes with it, whatever the way."""
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[1, 0, 3] = 0.3
+    still = direct_light(np.full((2, 9, 9), 0.8), pinhole((9, 9)), 0.5)
+    moved = replace(still, motion=Motion.of([0.0, 1.0], poses), time_s=np.array([0.0, 1.0]))
+    half, strength = by_way_of_plane(moved, 0.9, 0.0, 10.0, False, True)
+    np.testing.assert_allclose(half[1], half[0])
+    np.testing.assert_allclose(half, by_way_of_plane(still, 0.9, 0.0, 10.0)[0])
+    assert np.abs(by_way_of_plane(moved, 0.9, 0.0, 10.0)[0][1] - half[1]).max() > 0.1
+    np.testing.assert_allclose(strength, moved.returns[0].strength, rtol=1e-6)
 
 
 def test_it_suggests_planes_by_how_late_the_light_is():

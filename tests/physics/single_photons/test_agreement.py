@@ -142,6 +142,7 @@ STRENGTHS = {
         {"around": 0.5, "around_distance": 0.4},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.5, "outside_azimuth": 70, "outside_tilt": 30},
+        {"outside": 0.05, "outside_distance": 0.3, "outside_azimuth": -80, "outside_stands": 0, "outside_dimmed": 1},
         {"patch": 0.2, "patch_x": 0.5, "patch_y": -0.2, "patch_z": 0.15},
         {"patch": 0.05, "patch_x": -0.4, "patch_y": 0.3, "patch_z": 0.1, "patch_dimmed": 1},
     ],
