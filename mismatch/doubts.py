@@ -7,9 +7,9 @@ from mismatch.simulation import Simulation
 from mismatch.verdict import Named
 
 
-def doubts(simulation: Simulation, judged: Fit, effects: tuple[Named, ...]) -> tuple[Place, ...]:
-    """What speaks against names, a misfit that has no place each."""
-    looking = {s.effect.id for s in judged.settings if s.effect.looks(s.values) or s.effect.owns_up(s.values)}
+def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -> tuple[Place, ...]:
+    """What speaks against the names of a fit of all frames, a misfit that has no place each."""
+    looking = {s.effect.id for s in explained.settings if s.effect.looks(s.values) or s.effect.owns_up(s.values)}
     found = []
     for one in effects:
         told = one.heldout_gain, one.expected_gain, one.scatter
@@ -18,8 +18,8 @@ def doubts(simulation: Simulation, judged: Fit, effects: tuple[Named, ...]) -> t
             p_value = chance(*told) * len(effects)
             sentence = f"{one.id} stands in for something else: it {gained}"
             found.append(wherever(simulation, p_value, sentence))
-    rendering = simulation.rendering(judged.gain) if judged.settings else None
-    for setting in judged.settings:
+    rendering = simulation.rendering(explained.gain) if explained.settings else None
+    for setting in explained.settings:
         why = setting.effect.contradiction(setting.values, rendering)
         if why is not None:
             sentence = f"{setting.effect.id} stands in for something else: {why}"

@@ -101,7 +101,7 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     minor = rounds[-1].minor
     most = min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
     small = minor is not None and remains < min(most, TAKEN_UP * minor.observed)
-    doubted = doubts(simulation, judged, effects)
+    doubted = doubts(simulation, explained, effects)
     guesses = any(setting.effect.owns_up(setting.values) for setting in judged.settings)
     little = NOT_SEEN * won if guesses else min(NEGLIGIBLE * won, LARGE)
     negligible = (small or remains < little) and not any(place.foreign for place in left)

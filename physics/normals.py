@@ -1,5 +1,7 @@
 """Which way the surfaces of a frame face: the vector area of each pixel's piece of surface, from its ranges alone."""
 
+from functools import lru_cache
+
 import numpy as np
 from numba import njit
 
@@ -18,6 +20,13 @@ def vector_areas(light: Light, frame: int) -> np.ndarray:
     areas = np.empty((*depth.shape, 3))
     _vector_areas(depth, light.rays, inverse_pinhole(light.intrinsics), areas)
     return areas
+
+
+# Of the frames that choose and of those that judge.
+@lru_cache(maxsize=2)
+def facing(light: Light) -> np.ndarray:
+    """(F, H, W, 3) vector areas of all frames; to read only."""
+    return np.stack([vector_areas(light, i) for i in range(light.frames)])
 
 
 def solid_angles(light: Light) -> np.ndarray:

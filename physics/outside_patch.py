@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 
 from physics.light import Light
-from physics.outside_plane import facing
+from physics.normals import facing
 from physics.rendering import Rendering
 from physics.walls_around import likely_distances
 from physics.workers import in_parallel

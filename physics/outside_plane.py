@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from physics.light import Light
-from physics.normals import vector_areas
+from physics.normals import facing
 from physics.workers import in_parallel
 
 # Surfaces nearer to the outside plane than this part of its distance get less light of it in proportion, none behind;
@@ -44,12 +44,6 @@ def by_way_of_plane(
 
     in_parallel(one, range(light.frames))
     return half_path, strength
-
-
-@lru_cache(maxsize=1)
-def facing(light: Light) -> np.ndarray:
-    """(F, H, W, 3) vector areas of all frames; to read only."""
-    return np.stack([vector_areas(light, i) for i in range(light.frames)])
 
 
 @njit(nogil=True, cache=True)

@@ -323,3 +323,34 @@ def test_what_is_near_is_narrower_than_the_camera_shows_it(maps, pixels):
     whole, half = (changed(models[0], "fat_edges", share=s, pixels=pixels) for s in (1.0, 0.5))
     np.testing.assert_allclose(whole, models[1].expected(1000.0), rtol=1e-5)
     np.testing.assert_allclose(half, (whole + models[0].expected(1000.0)) / 2, rtol=1e-5)
+
+
+@pytest.mark.parametrize("azimuth", [0, 30, 135])
+def test_what_is_polarised_goes_with_the_plane_of_incidence(maps, azimuth):
+    """A plane that leans by 40 degrees towards an azimuth, seen from so far that all rays meet it alike."""
+    way, sine = np.radians(azimuth), np.sin(np.radians(40))
+    focal = 1e4
+    y, x = np.mgrid[:10, :17] - np.array([4.5, 8.0])[:, None, None]
+    depth = 1 / (1 + np.tan(np.radians(40)) * (np.cos(way) * x + np.sin(way) * y) / focal)
+    pulse = tailed_pulse(0.2e-9, 0.3e-9, 0.4e-9, 0.1, step_s=WIDTH_S / 16)
+    clock, far = Clock(WIDTH_S, BINS, np.full(4, 2e-9), pulse), np.array([[focal, 0, 8.0], [0, focal, 4.5], [0, 0, 1]])
+    light = direct_light(depth[None], far, time_s=np.zeros(1))
+    model = ForwardModel(light, footprints(maps, (10, 17)), clock, BACKGROUND)
+    found = changed(model, "polarised", along=0.5, across=-0.3) - BACKGROUND[:, None]
+    brighter = 1 + sine**2 * (0.5 * np.cos(2 * way) - 0.3 * np.sin(2 * way))
+    np.testing.assert_allclose(found, brighter * (model.expected(1000.0) - BACKGROUND[:, None]), rtol=5e-3, atol=1e-9)
+
+
+def test_what_analyses_light_behind_the_lens_sees_one_azimuth_of_a_plane():
+    """Each ray meets it under an angle of its own; its normal, whose azimuth is 20 degrees, is the same for all."""
+    matrix = np.array([[15.0, 0, 8], [0, 15, 4.5], [0, 0, 1]])
+    v, u = np.mgrid[:10, :17]
+    rays = np.stack([(u - 8) / 15, (v - 4.5) / 15, np.ones((10, 17))], axis=-1)
+    normal = np.array([0.6 * np.cos(np.radians(20)), 0.6 * np.sin(np.radians(20)), -0.8])
+    light = direct_light((-1.0 / (rays @ normal))[None], matrix, time_s=np.zeros(1))
+    values = CAUSES["polarised"].at(along=0.4, across=0.1, telecentric=1).values
+    found = CAUSES["polarised"].light(values, SimpleNamespace(light=light)).returns[0].strength
+    cosine = -(rays @ normal) / np.linalg.norm(rays, axis=-1)
+    oracle = 1 + (1 - cosine**2) * (0.4 * np.cos(np.radians(40)) + 0.1 * np.sin(np.radians(40)))
+    brighter = (found / light.returns[0].strength)[0]
+    np.testing.assert_allclose(brighter[1:-1, 1:-1], oracle[1:-1, 1:-1], rtol=2e-3)
