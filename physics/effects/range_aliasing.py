@@ -4,6 +4,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.curved_track import curved_track
+from physics.distant import cameras, likely_board, seen_board
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.far_wall import normal_of, planes, seen_through, walls
 from physics.folded import one_period_early, periods, seen_beyond
@@ -26,8 +27,8 @@ class RangeAliasing(Effect):
     """Light of one shot is registered after the next: a far target seems near.
 
     Depth images seldom hold it: then it is a pulse at `apparent_range`, or a wall across the view at `depth`, seen
-    wherever depth is unknown. What they hold beyond the period comes back one period early, as much as `folded` times
-    what it should; so does that wall.
+    wherever depth is unknown, or a thing of some extent there, seen wherever it is (`physics.distant`). What they hold
+    beyond the period comes back one period early, as much as `folded` times what it should; so do wall and thing.
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
@@ -53,21 +54,15 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", *LEVELS),
         ("folded", "period"),
         ("folded", "period", "smear"),
+        ("distant", "depth", "azimuth", "elevation", "wide", "high"),
+        ("distant", "depth", "azimuth", "elevation", "wide", "high", "tilt_x", "tilt_y"),
         ("through", "depth", "smear"),
         ("through", "depth", "smear", "tilt_x", "tilt_y"),
         ("through", "depth", "smear", "speed", "tilt_x", "tilt_y"),
     )
+    richer = (forms[8],)
     parameters = (
-        Parameter(
-            "counts",
-            unit="counts",
-            low=0.0,
-            high=1e7,
-            start=100.0,
-            vanishes_at=0.0,
-            axis="zone",
-            sentence="Counts per frame of the far target's pulse.",
-        ),
+        Parameter("counts", "counts", 0.0, 1e7, 100.0, "Counts per frame of the far target's pulse.", 0.0, axis="zone"),
         Parameter(
             "apparent_range",
             unit="m",
@@ -80,29 +75,16 @@ class RangeAliasing(Effect):
         Parameter("speed", "m/s", -5.0, 5.0, 0.0, "By how much its range grows in a second."),
         *(Parameter(name, "m", -20.0, 20.0, 0.0, f"By how much it is farther at level {name[-1]}.") for name in LEVELS),
         Parameter("every", "s", SHORTEST_S, 1e5, SHORTEST_S, "Time from one level to the next."),
-        Parameter(
-            "jitter",
-            unit="s",
-            low=0.0,
-            high=1e-8,
-            start=0.0,
-            tries=(1e-10, 1e-9),
-            sentence="Most by which the laser's period is longer or shorter; 0 where it is steady.",
-        ),
-        Parameter(
-            "spread",
-            unit="s",
-            low=0.0,
-            high=5e-9,
-            start=0.0,
-            tries=(5e-10,),
-            sentence="Standard deviation of the laser's period, or of the time that light takes to a deep target.",
-        ),
+        Parameter("jitter", "s", 0.0, 1e-8, 0.0, "Most by which the laser's period is longer.", tries=(1e-10, 1e-9)),
+        Parameter("spread", "s", 0.0, 5e-9, 0.0, "Standard deviation of it, or of a deep target.", tries=(5e-10,)),
         # It is 1 if the target stands still.
         Parameter("still", "1", -1.5, 1.5, 0.0, "Metres by which it comes nearer for each that the camera moves."),
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
-        Parameter("depth", "m", 1.0, 60.0, 10.0, "How far away that wall is at the start of the session."),
+        Parameter("distant", "1", 0.0, 1e3, 0.5, "Reflectance of a thing that is seen anyway.", vanishes_at=0.0),
+        Parameter("wide", "1", 0.02, 2.0, 0.2, "Half its width over its distance."),
+        Parameter("high", "1", 0.02, 2.0, 0.2, "Half its height over its distance."),
+        Parameter("depth", "m", 1.0, 60.0, 10.0, "How far away that wall or thing is at the start."),
         Parameter("azimuth", "rad", -np.pi, np.pi, 0.0, "Where it is so far, to the right of the camera's axis."),
         Parameter("elevation", "rad", -np.pi / 2, np.pi / 2, 0.0, "The same, above that axis."),
         Parameter("tilt_x", "1", -2.0, 2.0, 0.0, "Part of its depth by which it is nearer a unit farther right."),
@@ -117,7 +99,7 @@ class RangeAliasing(Effect):
         if np.any(values["counts"]):
             found = found + np.atleast_1d(values["counts"])[:, None] * self._pulse(values, rendering)
         period = values["period"], values["smear"]
-        for strength, light in (("folded", _beyond), ("through", self._wall)):
+        for strength, light in (("folded", _beyond), ("through", self._wall), ("distant", _thing)):
             if values[strength]:
                 early = one_period_early(rendering, light(values, rendering), *period)
                 found = found if early is None else found + values[strength] * early
@@ -138,8 +120,7 @@ class RangeAliasing(Effect):
         return found + curve(levels, values["every"], rendering.light.time_s) if levels.any() else found
 
     def _pulse(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """(F or 1, P or 1, T) shares of the pulse by bin, averaged over the jitter: exact for its cumulative, which is
-        linear within a step."""
+        """(F or 1, P or 1, T) shares of the pulse by bin, over the jitter: exact for a cumulative linear in steps."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
         way_m = self._way(values, rendering)
         way_m = way_m if way_m.any() else way_m[:1]  # Frames alike are worked out once.
@@ -184,12 +165,27 @@ class RangeAliasing(Effect):
         for wall in walls(excess, expected, rendering, self.parameter("period").start, self.parameter("smear").tries):
             depth = float(np.clip(wall["depth"], self.parameter("depth").low, self.parameter("depth").high))
             beyond.append({"through": self.parameter("through").start} | wall | {"depth": depth})
+        for motion in (None, camera_motion(rendering.light)):
+            thing = likely_board(excess, expected, rendering, self.parameter("period").start, motion)
+            if thing is not None:
+                start = {"distant": self.parameter("distant").start, "still": float(motion is not None)}
+                beyond.append(start | thing)
         return found + beyond
 
 
 def _beyond(values: Values, rendering: Rendering) -> list[Return]:
     """What is seen beyond the period."""
     return seen_beyond(rendering.light, rendering.clock, values["period"])
+
+
+def _thing(values: Values, rendering: Rendering) -> list[Return]:
+    """What a thing of limited extent sends back."""
+    light = rendering.light
+    at = cameras(camera_motion(light) if values["still"] > STILL else None, light.time_s)
+    toward, away_m = (values["azimuth"], values["elevation"]), values["depth"] + values["speed"] * light.time_s
+    extent, tilt = (values["wide"], values["high"]), (values["tilt_x"], values["tilt_y"])
+    ranges, strength = seen_board(light.rays, toward, away_m, extent, at, tilt)
+    return [Return(ranges.astype(np.float32), strength.astype(np.float32))]
 
 
 def _way_m(rendering: Rendering) -> np.ndarray:

@@ -34,8 +34,9 @@ def test_forms_that_begin_alike_promise_what_each_would_alone(aliased, monkeypat
     found, tried = ranked(aliased, nominal, forms)
     assert len(asked) < tried
     # Steady, drawing near, on a way of its own, jittered, deep: with one number of counts, and with one for each zone.
-    # And what is seen at the end of the window, a period early: with a period that varies and with one that does not.
-    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 12
+    # And what is seen at the end of the window, a period early: with a period that varies and with one that
+    # does not; and a thing far off.
+    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 13
     for one in found:
         alone = promise(aliased, nominal, projection, one.form)
         assert (one.gain, one.dof, one.log_p) == (alone.gain, alone.dof, alone.log_p)

@@ -14,6 +14,8 @@ from physics.single_photons.world import Photons, World
 
 # A wall that is turned away further than this, as cosine, is seen edge on.
 EDGE_ON = 0.05
+# Width of a thing's rim, as a part of half its size.
+RIM = 0.1
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
@@ -26,7 +28,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
     period_s = values["period"]
     seen = returned(replace(world, gloss=world.gloss * values["folded"]), rng)
-    seen = seen.and_also(returned(_wall(world, values), rng))
+    for far_off in (_wall(world, values), _thing(world, values)):
+        seen = seen.and_also(returned(far_off, rng))
     smeared_s = values["smear"] * rng.standard_normal(len(seen))
     seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
     jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1) + values["spread"] * rng.standard_normal(len(far))
@@ -59,3 +62,22 @@ def _wall(world: World, values: Values) -> World:
     there = ~(world.depth_m > 0) & (ahead > 0) & (cosine > EDGE_ON)
     wall = replace(world, depth_m=np.where(there, 1 / np.where(there, ahead, 1), np.nan))
     return replace(wall, reflectance=np.full(cosine.shape, values["through"]), cosine=cosine, gloss=1.0, behind=None)
+
+
+def _thing(world: World, values: Values) -> World:
+    """A board far off, and nothing else; it faces the place where the session began."""
+    camera = start_from_camera(world, "range_aliasing with still") if values["still"] > 0.5 else np.eye(4)
+    looks = Rotation.from_euler("YX", [values["azimuth"], values["elevation"]])
+    away = values["depth"] + world.time_s * values["speed"]
+    rays = replace(world, depth_m=np.ones(world.depth_m.shape)).points
+    # Where rays from the camera, as the first would see them, come through z + tilt · (x, y) = away before it.
+    begin, way = looks.inv().apply(camera[:3, 3]), looks.inv().apply((rays @ camera[:3, :3].T).reshape(-1, 3))
+    slope = np.array([values["tilt_x"], values["tilt_y"], 1.0])
+    depth = (away - begin @ slope) / (way @ slope)
+    places = begin[:2] + depth[:, None] * way[:, :2]
+    outside = np.abs(places) / (np.array([values["wide"], values["high"]]) * away) - 1
+    part = (depth > 0) / (1 + np.exp(np.clip(outside / RIM, -60, 60))).prod(axis=1)
+    cosine = way @ slope / np.linalg.norm(slope) / np.linalg.norm(way, axis=1)
+    shape = world.depth_m.shape
+    depth, cosine, part = (of.reshape(shape) for of in (np.where(depth > 0, depth, np.nan), cosine, part))
+    return replace(world, depth_m=depth, reflectance=values["distant"] * part, cosine=cosine, gloss=1.0, behind=None)

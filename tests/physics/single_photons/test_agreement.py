@@ -183,6 +183,8 @@ STRENGTHS = {
         {"counts": 0, "folded": 0.8, "period": 3e-9, "smear": 2e-10},
         {"counts": 0, "through": 500, "depth": 1.1, "period": 3e-9, "tilt_x": 0.3, "tilt_y": -0.2, "azimuth": 0.2},
         {"counts": 0, "through": 500, "depth": 1.1, "period": 3e-9, "elevation": -0.2, "still": 1.0},
+        {"counts": 0, "distant": 1, "depth": 1.1, "period": 3e-9, "azimuth": 0.2, "elevation": -0.1, "tilt_x": 0.4},
+        {"counts": 0, "distant": 1, "depth": 1.1, "period": 3e-9, "azimuth": -0.1, "high": 0.1, "still": 1.0},
     ],
     "range_falloff": [
         {"overlap_range": 0.4},

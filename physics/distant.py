@@ -1,0 +1,102 @@
+"""A far thing of limited extent, whose light is of the shot before: where it is, as an excess of counts tells."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.constants import speed_of_light
+
+from physics.far_wall import normal_of
+from physics.marks import RIM, looked_at, received
+from physics.motion import Motion
+from physics.rendering import Rendering
+from physics.replicas import DARK
+
+# Half the size that fits begin with, as a part of the distance; middles lie as far apart as that, in directions that so
+# many frames saw.
+EXTENT, FRAMES = 0.2, 6
+# Of the most that a board could show, what is too little to tell where it is; and what no division may meet.
+TOLD, LEAST = 1e-3, 1e-12
+
+
+def cameras(motion: Motion | None, time_s: np.ndarray) -> np.ndarray:
+    """(F, 4, 4) from frames' cameras to that at the session's beginning; of what goes along with the camera, none."""
+    if motion is None:
+        return np.broadcast_to(np.eye(4), (len(time_s), 4, 4))
+    return motion.start_from_camera[motion.nearest(time_s)]
+
+
+def axes(toward: tuple[float, float]) -> np.ndarray:
+    """(3, 3) rows: to the right, down and ahead of one who looks where azimuth and elevation, radians, say."""
+    right, ahead = np.array([np.cos(toward[0]), 0, -np.sin(toward[0])]), normal_of(toward)
+    return np.stack([right, np.cross(ahead, right), ahead])
+
+
+def seen_board(
+    rays: np.ndarray,
+    toward: tuple[float, float],
+    away_m: np.ndarray,
+    extent: tuple[float, float],
+    at: np.ndarray,
+    tilt: tuple[float, float] = (0.0, 0.0),
+) -> tuple[np.ndarray, np.ndarray]:
+    """(F, H, W) ranges, and what a white board sends back there, whatever the depth image holds.
+
+    rays: (H, W, 3). toward: azimuth and elevation, radians, of its middle from where the session began, and away_m:
+    (F,) metres to it. It faces that place but for its tilt, see `normal_of`. extent: half its width and height over the
+    distance; its rim is as soft as a mark's. at: see `cameras`. Strength cosθ/r² as in the nominal model.
+    """
+    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    way = np.einsum("ij,fjk,hwk->ifhw", axes(toward), at[:, :3, :3], rays, optimize=True)
+    begin = (axes(toward) @ at[:, :3, 3].T)[..., None, None]
+    normal = np.array([*tilt, 1.0])
+    ahead_m, facing = away_m[:, None, None] - np.tensordot(normal, begin, 1), np.tensordot(normal, way, 1)
+    there = (facing > 0) & (ahead_m > 0)
+    ranges = np.where(there, ahead_m / np.where(there, facing, 1), 1.0)
+    inside = there * facing / np.linalg.norm(normal) / ranges**2
+    for k, half in enumerate(extent):
+        outside = np.abs(begin[k] + ranges * way[k]) / (half * away_m[:, None, None]) - 1
+        inside = inside / (1 + np.exp(np.clip(outside / RIM, -60, 60)))
+    return ranges, inside
+
+
+def likely_board(
+    excess: np.ndarray, expected: np.ndarray, rendering: Rendering, period_s: float, motion: Motion | None
+) -> dict[str, float] | None:
+    """The board one period, seconds, away that explains most of an excess (F, P, T); None where none would.
+
+    Matched filters for white noise (Turin 1960, IRE Trans. Inf. Theory 6, 311) at all whole bins: of the pulse, where
+    the way to the board puts it in each frame, and of what each zone sees of it.
+    """
+    clock, light, some = rendering.clock, rendering.light, looked_at(rendering.light)
+    noise, bins, bin_m = 1 / np.maximum(expected, DARK), clock.bins, speed_of_light / 2 * clock.bin_width_s
+    pulses = clock.pulse.in_bins((np.arange(bins) + 0.5) * clock.bin_width_s, bins, clock.bin_width_s)
+    amiss, told = (excess * noise) @ pulses.T, noise @ (pulses**2).T
+    zero = np.broadcast_to(clock.time_zero_s, expected.shape[:2]) / clock.bin_width_s
+    rays, at = light.rays[some[1:]], cameras(motion, light.time_s)
+    away_m = np.full(light.frames, speed_of_light / 2 * period_s)
+    best, found = 0.0, None
+    for toward in _directions(rays, at):
+        there = seen_board(rays, toward, away_m, (EXTENT, EXTENT), at)[1]
+        share = received(there, rendering.footprints.weights[some])
+        # Which bin of each frame and zone light comes in from as many bins farther than the period reaches.
+        first = np.rint(zero - (at[:, :3, 3] @ axes(toward)[2] / bin_m)[:, None]).astype(int)
+        come = np.arange(bins) + first[..., None]
+        share = share[..., None] * ((come >= 0) & (come < bins))
+        come = np.clip(come, 0, bins - 1)
+        promised = (share * np.take_along_axis(amiss, come, -1)).sum(axis=(0, 1))
+        information = (share**2 * np.take_along_axis(told, come, -1)).sum(axis=(0, 1))
+        evidence = np.maximum(promised, 0) ** 2 / np.maximum(information, TOLD * information.max() + LEAST)
+        later = int(np.argmax(evidence))
+        if evidence[later] > best:
+            place = {"depth": float(away_m[0] + later * bin_m), "azimuth": toward[0], "elevation": toward[1]}
+            best, found = float(evidence[later]), place | {"wide": EXTENT, "high": EXTENT}
+    return found
+
+
+def _directions(rays: np.ndarray, at: np.ndarray) -> Iterator[tuple[float, float]]:
+    """Azimuths and elevations spread over what some frames saw."""
+    few = at[np.unique(np.linspace(0, len(at) - 1, FRAMES).astype(int)), :3, :3]
+    x, y, z = np.moveaxis(np.einsum("fij,hwj->fhwi", few, rays).reshape(-1, 3), -1, 0)
+    angles = np.stack([np.arctan2(x, z), -np.arctan2(y, np.hypot(x, z))], axis=-1)
+    for azimuth, elevation in (np.unique(np.floor(angles / EXTENT).astype(int), axis=0) + 0.5) * EXTENT:
+        yield float(azimuth), float(elevation)
