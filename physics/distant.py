@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.constants import speed_of_light
 
-from physics.far_wall import normal_of
+from physics.far_wall import met, normal_of, planes, ways
 from physics.marks import RIM, looked_at, received
 from physics.motion import Motion
 from physics.rendering import Rendering
@@ -16,13 +16,6 @@ from physics.replicas import DARK
 EXTENT, FRAMES = 0.2, 6
 # Of the most that a board could show, what is too little to tell where it is; and what no division may meet.
 TOLD, LEAST = 1e-3, 1e-12
-
-
-def cameras(motion: Motion | None, time_s: np.ndarray) -> np.ndarray:
-    """(F, 4, 4) from frames' cameras to that at the session's beginning; of what goes along with the camera, none."""
-    if motion is None:
-        return np.broadcast_to(np.eye(4), (len(time_s), 4, 4))
-    return motion.start_from_camera[motion.nearest(time_s)]
 
 
 def axes(toward: tuple[float, float]) -> np.ndarray:
@@ -36,30 +29,35 @@ def seen_board(
     toward: tuple[float, float],
     away_m: np.ndarray,
     extent: tuple[float, float],
-    at: np.ndarray,
+    motion: Motion | None,
+    time_s: np.ndarray,
     tilt: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[np.ndarray, np.ndarray]:
     """(F, H, W) ranges, and what a white board sends back there, whatever the depth image holds.
 
     rays: (H, W, 3). toward: azimuth and elevation, radians, of its middle from where the session began, and away_m:
     (F,) metres to it. It faces that place but for its tilt, see `normal_of`. extent: half its width and height over the
-    distance; its rim is as soft as a mark's. at: see `cameras`. Strength cosθ/r² as in the nominal model.
+    distance; its rim is as soft as a mark's. motion: of the camera, None where the board goes along with it.
     """
-    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-    way = np.einsum("ij,fjk,hwk->ifhw", axes(toward), at[:, :3, :3], rays, optimize=True)
-    begin = (axes(toward) @ at[:, :3, 3].T)[..., None, None]
-    normal = np.array([*tilt, 1.0])
-    ahead_m, facing = away_m[:, None, None] - np.tensordot(normal, begin, 1), np.tensordot(normal, way, 1)
-    there = (facing > 0) & (ahead_m > 0)
-    ranges = np.where(there, ahead_m / np.where(there, facing, 1), 1.0)
-    inside = there * facing / np.linalg.norm(normal) / ranges**2
-    for k, half in enumerate(extent):
-        outside = np.abs(begin[k] + ranges * way[k]) / (half * away_m[:, None, None]) - 1
-        inside = inside / (1 + np.exp(np.clip(outside / RIM, -60, 60)))
-    return ranges, inside
+    ranges, sends = met(rays, *planes(normal_of(toward, tilt), away_m, motion, time_s))
+    units = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    at = np.eye(4)[None] if motion is None else motion.start_from_camera[motion.nearest(time_s)]
+    for axis, half in zip(axes(toward), extent, strict=False):
+        along = np.einsum("hwk,fk->fhw", units, axis @ at[:, :3, :3]) * ranges + (at[:, :3, 3] @ axis)[:, None, None]
+        outside = np.abs(along) / (half * away_m[:, None, None]) - 1
+        sends = sends / (1 + np.exp(np.clip(outside / RIM, -60, 60)))
+    return ranges, sends
 
 
-def likely_board(
+def likely_boards(
+    excess: np.ndarray, expected: np.ndarray, rendering: Rendering, period_s: float
+) -> list[dict[str, float]]:
+    """Boards that explain most of an excess (F, P, T): going along with the camera and, where it moves, standing."""
+    of = ((still, _likeliest(excess, expected, rendering, period_s, motion)) for still, motion in ways(rendering))
+    return [board | {"still": still} for still, board in of if board is not None]
+
+
+def _likeliest(
     excess: np.ndarray, expected: np.ndarray, rendering: Rendering, period_s: float, motion: Motion | None
 ) -> dict[str, float] | None:
     """The board one period, seconds, away that explains most of an excess (F, P, T); None where none would.
@@ -72,14 +70,15 @@ def likely_board(
     pulses = clock.pulse.in_bins((np.arange(bins) + 0.5) * clock.bin_width_s, bins, clock.bin_width_s)
     amiss, told = (excess * noise) @ pulses.T, noise @ (pulses**2).T
     zero = np.broadcast_to(clock.time_zero_s, expected.shape[:2]) / clock.bin_width_s
-    rays, at = light.rays[some[1:]], cameras(motion, light.time_s)
+    rays = light.rays[some[1:]]
     away_m = np.full(light.frames, speed_of_light / 2 * period_s)
     best, found = 0.0, None
-    for toward in _directions(rays, at):
-        there = seen_board(rays, toward, away_m, (EXTENT, EXTENT), at)[1]
+    for toward in _directions(rays, motion):
+        there = seen_board(rays, toward, away_m, (EXTENT, EXTENT), motion, light.time_s)[1]
         share = received(there, rendering.footprints.weights[some])
         # Which bin of each frame and zone light comes in from as many bins farther than the period reaches.
-        first = np.rint(zero - (at[:, :3, 3] @ axes(toward)[2] / bin_m)[:, None]).astype(int)
+        nearer_m = away_m - planes(normal_of(toward), away_m, motion, light.time_s)[1]
+        first = np.rint(zero - (nearer_m / bin_m)[:, None]).astype(int)
         come = np.arange(bins) + first[..., None]
         share = share[..., None] * ((come >= 0) & (come < bins))
         come = np.clip(come, 0, bins - 1)
@@ -93,9 +92,10 @@ def likely_board(
     return found
 
 
-def _directions(rays: np.ndarray, at: np.ndarray) -> Iterator[tuple[float, float]]:
+def _directions(rays: np.ndarray, motion: Motion | None) -> Iterator[tuple[float, float]]:
     """Azimuths and elevations spread over what some frames saw."""
-    few = at[np.unique(np.linspace(0, len(at) - 1, FRAMES).astype(int)), :3, :3]
+    turned = np.eye(3)[None] if motion is None else motion.start_from_camera[:, :3, :3]
+    few = turned[np.unique(np.linspace(0, len(turned) - 1, FRAMES).astype(int))]
     x, y, z = np.moveaxis(np.einsum("fij,hwj->fhwi", few, rays).reshape(-1, 3), -1, 0)
     angles = np.stack([np.arctan2(x, z), -np.arctan2(y, np.hypot(x, z))], axis=-1)
     for azimuth, elevation in (np.unique(np.floor(angles / EXTENT).astype(int), axis=0) + 0.5) * EXTENT:

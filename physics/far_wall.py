@@ -52,13 +52,18 @@ def seen_through(light: Light, normals: np.ndarray, away_m: np.ndarray) -> list[
     unknown = ~(light.range_m > 0)
     if not unknown.any():
         return []
-    rays = light.rays / np.linalg.norm(light.rays, axis=-1, keepdims=True)
+    ranges, strength = met(light.rays, normals, away_m)
+    return [Return(ranges.astype(np.float32), (unknown * strength).astype(np.float32))]
+
+
+def met(rays: np.ndarray, normals: np.ndarray, away_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(F, H, W) metres along rays (H, W, 3) to white planes, see `planes`, and what they send back; 0 where edge on."""
+    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
     cosine = np.einsum("hwk,fk->fhw", rays, normals / np.linalg.norm(normals, axis=1, keepdims=True))
     away = (away_m / np.linalg.norm(normals, axis=1))[:, None, None]
-    there = unknown & (cosine > LEAST_FACING) & (away > 0)
+    there = (cosine > LEAST_FACING) & (away > 0)
     ranges = np.where(there, away / np.where(there, cosine, 1), 0)
-    strength = np.where(there, cosine / np.where(there, ranges, 1) ** 2, 0)
-    return [Return(ranges.astype(np.float32), strength.astype(np.float32))]
+    return ranges, np.where(there, cosine / np.where(there, ranges, 1) ** 2, 0)
 
 
 def toward_unknown(light: Light, motion: Motion | None) -> tuple[float, float]:
@@ -83,9 +88,8 @@ def walls(
     Across the direction in which it is unknown, that go along with the camera and, where it moves, that stand still;
     for each of the laser's periods' standard deviations, seconds. None where nothing is unknown.
     """
-    motion, found = camera_motion(rendering.light), []
-    bin_m = speed_of_light / 2 * rendering.clock.bin_width_s
-    for still, way in ((0.0, None), (1.0, motion)) if _moves(motion, bin_m) else ((0.0, None),):
+    found = []
+    for still, way in ways(rendering):
         toward = toward_unknown(rendering.light, way)
         for smear_s in smears_s:
             depth = _likeliest(excess, expected, rendering, toward, way, (period_s, smear_s))
@@ -93,6 +97,13 @@ def walls(
                 place = {"depth": depth, "azimuth": toward[0], "elevation": toward[1]}
                 found.append(place | {"smear": smear_s, "still": still})
     return found
+
+
+def ways(rendering: Rendering) -> list[tuple[float, Motion | None]]:
+    """How far things may move before the camera: 0 and None, along with it; where it moves 1 and how, they stand."""
+    motion = camera_motion(rendering.light)
+    stands = [(1.0, motion)] if _moves(motion, speed_of_light / 2 * rendering.clock.bin_width_s) else []
+    return [(0.0, None), *stands]
 
 
 def _moves(motion: Motion, bin_m: float) -> bool:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.curved_track import curved_track
-from physics.distant import cameras, likely_board, seen_board
+from physics.distant import likely_boards, seen_board
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.far_wall import normal_of, planes, seen_through, walls
 from physics.folded import one_period_early, periods, seen_beyond
@@ -21,6 +21,8 @@ LEAST_JITTER_S = 1e-14
 STILL = 0.5
 # No laser's period varies so much by chance, and few targets are so deep (0.45 m); rising dark counts are as broad.
 BROADEST_S = 3e-9
+# What says where a thing of limited extent is.
+BOARD = ("distant", "depth", "azimuth", "elevation", "wide", "high")
 
 
 class RangeAliasing(Effect):
@@ -54,13 +56,13 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", *LEVELS),
         ("folded", "period"),
         ("folded", "period", "smear"),
-        ("distant", "depth", "azimuth", "elevation", "wide", "high"),
-        ("distant", "depth", "azimuth", "elevation", "wide", "high", "tilt_x", "tilt_y"),
+        BOARD,
+        (*BOARD, "tilt_x", "tilt_y"),
         ("through", "depth", "smear"),
         ("through", "depth", "smear", "tilt_x", "tilt_y"),
         ("through", "depth", "smear", "speed", "tilt_x", "tilt_y"),
     )
-    richer = (forms[8],)
+    richer = ((*BOARD, "tilt_x", "tilt_y"),)
     parameters = (
         Parameter("counts", "counts", 0.0, 1e7, 100.0, "Counts per frame of the far target's pulse.", 0.0, axis="zone"),
         Parameter(
@@ -99,7 +101,7 @@ class RangeAliasing(Effect):
         if np.any(values["counts"]):
             found = found + np.atleast_1d(values["counts"])[:, None] * self._pulse(values, rendering)
         period = values["period"], values["smear"]
-        for strength, light in (("folded", _beyond), ("through", self._wall), ("distant", _thing)):
+        for strength, light in (("folded", _beyond), ("through", self._wall), ("distant", self._thing)):
             if values[strength]:
                 early = one_period_early(rendering, light(values, rendering), *period)
                 found = found if early is None else found + values[strength] * early
@@ -107,11 +109,22 @@ class RangeAliasing(Effect):
 
     def _wall(self, values: Values, rendering: Rendering) -> list[Return]:
         """What a wall across the view sends back where depth is unknown."""
+        toward, tilt, away_m, motion = self._place(values, rendering)
         light = rendering.light
-        normal = normal_of((values["azimuth"], values["elevation"]), (values["tilt_x"], values["tilt_y"]))
-        motion = camera_motion(light) if values["still"] > STILL else None
-        away_m = values["depth"] + values["speed"] * light.time_s
-        return seen_through(light, *planes(normal, away_m, motion, light.time_s))
+        return seen_through(light, *planes(normal_of(toward, tilt), away_m, motion, light.time_s))
+
+    def _thing(self, values: Values, rendering: Rendering) -> list[Return]:
+        """What a thing of limited extent sends back."""
+        toward, tilt, away_m, motion = self._place(values, rendering)
+        extent, light = (values["wide"], values["high"]), rendering.light
+        ranges, strength = seen_board(light.rays, toward, away_m, extent, motion, light.time_s, tilt)
+        return [Return(ranges.astype(np.float32), strength.astype(np.float32))]
+
+    def _place(self, values: Values, rendering: Rendering) -> tuple:
+        """Direction, tilt, (F,) metres and the camera's motion, None where it goes along, of a wall or a thing."""
+        toward, tilt = (values["azimuth"], values["elevation"]), (values["tilt_x"], values["tilt_y"])
+        motion = camera_motion(rendering.light) if values["still"] > STILL else None
+        return toward, tilt, values["depth"] + values["speed"] * rendering.light.time_s, motion
 
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
@@ -162,30 +175,20 @@ class RangeAliasing(Effect):
             where |= {name: speed_of_light / 2 * level for name, level in levels.items()}
             if all(self.parameter(name).low <= value <= self.parameter(name).high for name, value in where.items()):
                 found.append({"counts": self.parameter("counts").start} | where)
-        for wall in walls(excess, expected, rendering, self.parameter("period").start, self.parameter("smear").tries):
-            depth = float(np.clip(wall["depth"], self.parameter("depth").low, self.parameter("depth").high))
-            beyond.append({"through": self.parameter("through").start} | wall | {"depth": depth})
-        for motion in (None, camera_motion(rendering.light)):
-            thing = likely_board(excess, expected, rendering, self.parameter("period").start, motion)
-            if thing is not None:
-                start = {"distant": self.parameter("distant").start, "still": float(motion is not None)}
-                beyond.append(start | thing)
+        period_s, reach = self.parameter("period").start, self.parameter("depth")
+        far = [
+            ("through", wall) for wall in walls(excess, expected, rendering, period_s, self.parameter("smear").tries)
+        ]
+        far += [("distant", board) for board in likely_boards(excess, expected, rendering, period_s)]
+        for name, where in far:
+            depth = float(np.clip(where["depth"], reach.low, reach.high))
+            beyond.append({name: self.parameter(name).start} | where | {"depth": depth})
         return found + beyond
 
 
 def _beyond(values: Values, rendering: Rendering) -> list[Return]:
     """What is seen beyond the period."""
     return seen_beyond(rendering.light, rendering.clock, values["period"])
-
-
-def _thing(values: Values, rendering: Rendering) -> list[Return]:
-    """What a thing of limited extent sends back."""
-    light = rendering.light
-    at = cameras(camera_motion(light) if values["still"] > STILL else None, light.time_s)
-    toward, away_m = (values["azimuth"], values["elevation"]), values["depth"] + values["speed"] * light.time_s
-    extent, tilt = (values["wide"], values["high"]), (values["tilt_x"], values["tilt_y"])
-    ranges, strength = seen_board(light.rays, toward, away_m, extent, at, tilt)
-    return [Return(ranges.astype(np.float32), strength.astype(np.float32))]
 
 
 def _way_m(rendering: Rendering) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from physics.clock import Clock
-from physics.distant import cameras, likely_board, seen_board
+from physics.distant import likely_boards, seen_board
 from physics.effects.range_aliasing import effect
 from physics.footprint import footprints
 from physics.light import direct_light
@@ -44,8 +44,8 @@ def sensor(frames):
 def test_points_of_a_board_are_where_rays_meet_it(toward, tilt):
     """Every point lies on its plane, which its middle and its slopes give, and within it where it is lit."""
     light, motion = sensor(3)[0], poses_of(3)
-    at = cameras(motion, light.time_s)
-    ranges, strength = seen_board(light.rays, toward, np.full(3, 9.0), (0.2, 0.1), at, tilt)
+    at = motion.start_from_camera
+    ranges, strength = seen_board(light.rays, toward, np.full(3, 9.0), (0.2, 0.1), motion, light.time_s, tilt)
     looks = Rotation.from_euler("YX", toward)
     ways = light.rays / np.linalg.norm(light.rays, axis=-1, keepdims=True)
     for i in range(3):
@@ -68,7 +68,7 @@ def test_where_a_board_is_shows_in_an_excess(still):
     plain = model.expected(1e4)
     excess = model.expected(1e4, [effect.at(counts=0, distant=20, **place)]) - plain
     rendering = Rendering(light, where, clock, 1e4, background=np.ones((4, 1)))
-    found = likely_board(excess, plain, rendering, PERIOD_S, light.motion if still else None)
+    (found,) = [b for b in likely_boards(excess, plain, rendering, PERIOD_S) if b["still"] == still]
     assert found["depth"] == pytest.approx(9.3, abs=0.1)
     assert np.hypot(found["azimuth"] - 0.15, found["elevation"] - 0.1) < 0.2
     starts = effect.starts(excess, plain, rendering)

@@ -76,8 +76,8 @@ def _thing(world: World, values: Values) -> World:
     depth = (away - begin @ slope) / (way @ slope)
     places = begin[:2] + depth[:, None] * way[:, :2]
     outside = np.abs(places) / (np.array([values["wide"], values["high"]]) * away) - 1
-    part = (depth > 0) / (1 + np.exp(np.clip(outside / RIM, -60, 60))).prod(axis=1)
     cosine = way @ slope / np.linalg.norm(slope) / np.linalg.norm(way, axis=1)
+    part = ((depth > 0) & (cosine > EDGE_ON)) / (1 + np.exp(np.clip(outside / RIM, -60, 60))).prod(axis=1)
     shape = world.depth_m.shape
     depth, cosine, part = (of.reshape(shape) for of in (np.where(depth > 0, depth, np.nan), cosine, part))
     return replace(world, depth_m=depth, reflectance=values["distant"] * part, cosine=cosine, gloss=1.0, behind=None)
