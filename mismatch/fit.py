@@ -1,6 +1,6 @@
 """Maximum likelihood of a simulation's gain and effects: Poisson noise, and gain that fluctuates with the frames."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -64,6 +64,16 @@ class Fit:
     def _derivatives(self) -> tuple[np.ndarray, Slopes | None]:
         """See `derivatives`."""
         return derivatives(self.simulation, self.forms, self.x, self.expected)
+
+    def of(self, chosen: np.ndarray) -> "Fit":
+        """The same model beside some of its frames (N,), whose derivatives are not made again."""
+        part = self.simulation.remembered.part(self.simulation, chosen)
+        expected, nuisances = self.expected[chosen], Nuisances(part, self.frame_gain_sigma)
+        deviance = deviance_at(nuisances, self.forms, self.x, expected)
+        found = replace(self, simulation=part, expected=expected, deviance=deviance)
+        columns = self.columns.T.reshape(-1, *self.expected.shape)[:, chosen].reshape(len(self.x), -1).T
+        vars(found)["_derivatives"] = columns, None
+        return found
 
     @cached_property
     def covariance(self) -> np.ndarray:

@@ -3,11 +3,17 @@
 import threading
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from mismatch.simulation import Simulation
+
 # Numbers that are kept at most, of four bytes each.
 MOST_NUMBERS = 1 << 25
+# Parts of a simulation that are kept at most.
+PARTS = 3
 # Part of all counts by which a later fit may differ from the earlier for changes to be much the same.
 MUCH_THE_SAME = 0.2
 # The same for slopes of patches to be as they were, in proportion to counts.
@@ -39,12 +45,13 @@ class Slopes:
 class Remembered:
     """Changes of expected counts by what made them, beside counts that were expected without.
 
-    slopes: of patches there, None if there were none.
+    slopes: of patches there, None if there were none. parts: some of the frames, by which they are.
     """
 
     beside: np.ndarray | None = None
     changes: dict[Hashable, np.ndarray] = field(default_factory=dict)
     slopes: Slopes | None = None
+    parts: dict[bytes, "Simulation"] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def beginning(self, expected: np.ndarray) -> bool:
@@ -61,3 +68,18 @@ class Remembered:
             if sum(one.size for one in self.changes.values()) + change.size <= MOST_NUMBERS:
                 self.changes[key] = change.astype(np.float32)
         return change
+
+    def frames(self, *parts: np.ndarray) -> np.ndarray:
+        """Frames of which these, by index, are some: those that were asked for last, if they are, or just these."""
+        asked = np.unique(np.concatenate(parts))
+        kept = (np.frombuffer(key, asked.dtype) for key in reversed(self.parts))
+        return next((frames for frames in kept if np.isin(asked, frames).all()), asked)
+
+    def part(self, whole: "Simulation", chosen: np.ndarray) -> "Simulation":
+        """Some of its frames, by index (N,): the same as the last times they were asked for."""
+        key = chosen.tobytes()
+        found = self.parts.pop(key) if key in self.parts else whole.of(chosen)
+        while len(self.parts) >= PARTS:
+            del self.parts[next(iter(self.parts))]
+        self.parts[key] = found
+        return found

@@ -64,6 +64,11 @@ class Simulation:
         return self.counts if self.trust is None else self.counts / self.trust
 
     @property
+    def numbers(self) -> int:
+        """How many pixels and cells there are."""
+        return self.light.range_m.size + self.counts.size
+
+    @property
     def dark(self) -> np.ndarray:
         """What of expected counts no laser sent, (P, 1) or (F, P, T)."""
         return self.background[:, None] * (1.0 if self.trust is None else self.trust)
@@ -112,13 +117,12 @@ class Simulation:
 
     def _count(self, effects: tuple[Setting, ...]) -> None:
         """What that takes."""
-        numbers = self.light.range_m.size + self.counts.size
-        self.work.add(numbers, self._read_anew(effects))
+        self.work.add(self.numbers, self._read_anew(effects))
         for setting in effects:
             if setting.effect.redraws_maps(setting.values):
                 self.work.draw(setting.key, self.footprints.field.pixels)
             if setting.effect.carries(setting.values):
-                self.work.carry(setting.key, numbers)
+                self.work.carry(setting.key, self.numbers)
 
     def _read_anew(self, effects: tuple[Setting, ...]) -> int:
         """Pixels of maps that are read for each zone in each frame, where effects move those of zones and frames."""

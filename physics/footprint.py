@@ -16,6 +16,8 @@ from recordings.refusal import Refusal
 Change = Callable[[np.ndarray], np.ndarray]
 # What was read where footprints moved to is kept where it is no more numbers than this.
 MANY = 1 << 22
+# Drawings of which it is kept what they add where footprints were read at first.
+DRAWN = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +31,8 @@ class Footprints:
     changes: functions of weights (..., P, H, W), applied in order after the reading.
     unmoved: the nominal footprints that these were made from; None where these are they.
     by_zone: (2, P) pixels x, y by which each zone is displaced beside that; None where none is.
-    read: what was read before it was redrawn, by frame, for all that are where these are.
+    read: what was read before it was redrawn, by frame, for all that are where these are. drawn: what drawings add
+    to nominal footprints.
 
     Footprints are read from the triangles of the scan, moved or not. Maps end at the hull of the scan, with a jump
     where they have not fallen to 0. Moved ones fade beyond it, so that counts are continuous in the move, and what
@@ -48,6 +51,7 @@ class Footprints:
     unmoved: "Footprints | None" = None
     by_zone: np.ndarray | None = None
     read: dict[int, np.ndarray] = field(default_factory=dict, repr=False)
+    drawn: dict[tuple, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
     def weights(self) -> np.ndarray:
@@ -87,9 +91,22 @@ class Footprints:
             if self.x_px.size * read.shape[-1] <= MANY:
                 self.read[frame] = read
         read = read.copy()
-        if self.drawings:
+        if self.drawings and self.by_zone is None and x_px is self.unmoved.x_px:
+            read += self.unmoved._drawn(self.drawings)
+        elif self.drawings:
             _add(self.field.added(self.drawings), *self.field.first, x_px, y_px, self.scale, read)
         return np.maximum(read, 0, out=read)
+
+    def _drawn(self, drawings: tuple[Change, ...]) -> np.ndarray:
+        """(H, W, P) what drawings add to weights read here; kept, as maps are large and fits come back to the same."""
+        found = self.drawn.get(drawings)
+        if found is None:
+            found = np.zeros_like(self._nominal)
+            _add(self.field.added(drawings), *self.field.first, self.x_px, self.y_px, self.scale, found)
+            if len(self.drawn) >= DRAWN:
+                self.drawn.clear()
+            self.drawn[drawings] = found
+        return found
 
     def _moved(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
         """(H, W, P) weights read at these points, (H, W) each."""

@@ -1,4 +1,4 @@
-"""Changes that are remembered: what stands out is found as without them, and in fewer renderings."""
+"""Changes that are remembered: what stands out is found as without them, and in fewer renderings. And parts."""
 
 from dataclasses import replace
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
-from mismatch.ranking import HOPELESS, ranked
-from mismatch.remembered import MOST_NUMBERS, Remembered
+from mismatch.ranking import KNOWN, ranked
+from mismatch.remembered import MOST_NUMBERS, PARTS, Remembered
 from mismatch.work import Work
 from physics.effects import find_effect
 
@@ -31,12 +31,12 @@ def test_what_stands_out_beside_a_later_fit_is_what_a_fresh_look_finds(drawn):
     quick, tried, few = renderings(simulation)
     exact, all_tried, many = renderings(replace(simulation, work=Work()))
     assert few < 0.8 * many
-    telling = {key for key, s in exact.items() if s.log_p < 4 * HOPELESS}
+    telling = {key for key, s in exact.items() if s.log_p < 4 * KNOWN}
     assert telling
     assert abs(tried - all_tried) <= 0.02 * all_tried
     for key in telling:
         assert quick[key].gain == exact[key].gain
-    assert all(s.log_p < 2 * HOPELESS for key, s in exact.items() if key in quick and quick[key].log_p < 4 * HOPELESS)
+    assert all(s.log_p < 2 * KNOWN for key, s in exact.items() if key in quick and quick[key].log_p < 4 * KNOWN)
 
 
 def test_beside_what_differs_by_much_nothing_is_remembered():
@@ -54,3 +54,15 @@ def test_what_there_is_no_room_for_is_made_and_not_kept():
     large = np.broadcast_to(np.ones(1), (MOST_NUMBERS + 1,))
     assert memory.keep("large", lambda: large) is large
     assert not memory.changes
+
+
+def test_the_same_frames_are_the_same_part_as_long_as_few_others_are_asked_for(drawn):
+    simulation, some = drawn(3), np.array([1, 5, 7])
+    memory = simulation.remembered
+    part = memory.part(simulation, some)
+    np.testing.assert_array_equal(part.counts, simulation.counts[some])
+    assert memory.part(simulation, some.copy()) is part
+    for i in range(PARTS):
+        memory.part(simulation, np.array([i]))
+    assert memory.part(simulation, some) is not part
+    assert len(memory.parts) == PARTS
