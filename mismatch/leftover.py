@@ -15,6 +15,7 @@ from mismatch.places import Place, places, wherever
 from mismatch.poisson import LEAST
 from mismatch.ripples import ripples
 from mismatch.simulation import Simulation
+from mismatch.stepped import stepped
 from mismatch.stuck import stuck
 from mismatch.tables import tables
 from mismatch.windows import worst_window
@@ -37,6 +38,7 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     besides = [*checks(simulation, mean), stuck(simulation, mean)]
     besides += ripples(simulation.counts - mean, mean)
     besides.append(afterimage(simulation.counts - mean, mean, simulation.frames))
+    besides.append(stepped(simulation, fitted))
     besides += echoes(simulation, fitted.expected, np.maximum(mean, LEAST))
     window = worst_window(simulation, mean)
     many = len(looked) + len(besides) + 1
