@@ -16,7 +16,7 @@ from .conftest import INTRINSICS, depths
 
 @pytest.fixture
 def stairs(drawn):
-    """(seed, true): frames of a scene, seen by a camera of coarse steps; counts of what is there, or of what it says."""
+    """(seed, true): frames of a scene, seen by a camera of coarse steps; counts of what is there, or is said."""
 
     def draw(seed, true):
         there = drawn(seed)
