@@ -84,8 +84,8 @@ class Footprints:
         x_px, y_px = (a[frame] if a.ndim == 3 else a for a in (self.x_px, self.y_px))
         read = self.read.get(frame)
         if read is None and self.by_zone is not None:
-            each = [self._moved(x_px - x, y_px - y)[..., p] for p, (x, y) in enumerate(self.by_zone.T)]
-            self.read[frame] = read = np.stack(each, axis=-1)
+            moved = ((x_px - x, y_px - y, p) for p, (x, y) in enumerate(self.by_zone.T))
+            self.read[frame] = read = np.concatenate([self._moved(*each) for each in moved], axis=-1)
         if read is None:
             read = self._moved(x_px, y_px)
             if self.x_px.size * read.shape[-1] <= MANY:
@@ -108,17 +108,17 @@ class Footprints:
             self.drawn[drawings] = found
         return found
 
-    def _moved(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
-        """(H, W, P) weights read at these points, (H, W) each."""
+    def _moved(self, x_px: np.ndarray, y_px: np.ndarray, zone: int | None = None) -> np.ndarray:
+        """(H, W, P) weights read at these points, (H, W) each. zone: (H, W, 1), of it alone."""
         nominal = self.unmoved
         if x_px is nominal.x_px:
             return nominal._nominal
-        read = np.moveaxis(self.field.faded(x_px, y_px), 0, -1) / self.scale
-        square = (x_px - nominal.x_px) ** 2 + (y_px - nominal.y_px) ** 2
+        read = np.moveaxis(self.field.faded(x_px, y_px, zone), 0, -1) / self.scale
+        at, added = nominal._fading
+        square = (x_px[at] - nominal.x_px[at]) ** 2 + (y_px[at] - nominal.y_px[at]) ** 2
         # Smooth at 0, where it is most often differentiated.
         near = np.maximum(1 - square / self.field.reach_px**2, 0)
-        at, added = nominal._fading
-        read[at] -= near[at][:, None] * added
+        read[at] -= near[:, None] * (added if zone is None else added[:, zone : zone + 1])
         return read
 
     @cached_property

@@ -38,6 +38,7 @@ class FootprintField:
                 f"response maps: {len(points)} scan points span no triangle, expected points off one line"
             ) from None
         self._interpolate = LinearNDInterpolator(triangles, maps.by_zone.T.astype(float), fill_value=np.nan)
+        self._of_zone = [LinearNDInterpolator(triangles, zone[:, None].astype(float)) for zone in maps.by_zone]
         edges = triangles.convex_hull
         self._ends, self._responses = (np.ascontiguousarray(a[edges], float) for a in (points, maps.by_zone.T))
         corners = points[triangles.simplices]
@@ -59,15 +60,17 @@ class FootprintField:
         read = self._interpolate(x_px, y_px)
         return np.moveaxis(np.where(np.isnan(read), 0, read), -1, 0)
 
-    def faded(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
+    def faded(self, x_px: np.ndarray, y_px: np.ndarray, zone: int | None = None) -> np.ndarray:
         """(P, ...) the same without the jump at the hull: beyond, those of its nearest point fall to 0 over the reach.
 
-        What moves across a jump has no derivative, and nothing of what was measured is one.
+        What moves across a jump has no derivative, and nothing of what was measured is one. zone: (1, ...) of it alone.
         """
-        read = self._interpolate(x_px, y_px)
+        interpolate = self._interpolate if zone is None else self._of_zone[zone]
+        responses = self._responses if zone is None else self._responses[..., zone : zone + 1]
+        read = interpolate(x_px, y_px)
         outside = np.isnan(read[..., 0])
         x, y = (np.broadcast_to(a, outside.shape)[outside].astype(float) for a in (x_px, y_px))
-        read[outside] = _beyond(x, y, self._ends, self._responses, self.reach_px)
+        read[outside] = _beyond(x, y, self._ends, responses, self.reach_px)
         return np.moveaxis(read, -1, 0)
 
     @cached_property

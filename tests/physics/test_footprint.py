@@ -104,6 +104,14 @@ def test_the_table_holds_image_and_scan(maps):
     np.testing.assert_allclose(field.table[:, y, x], field.faded(x, y), rtol=1e-6, atol=1e-6)
 
 
+def test_one_zone_is_read_as_it_is_with_all(maps):
+    field, rng = footprints(maps, (6, 8)).field, np.random.default_rng(4)
+    x, y = rng.uniform(-20, 900, 500), rng.uniform(-20, 520, 500)
+    every = field.faded(x, y)
+    for zone in range(len(every)):
+        np.testing.assert_allclose(field.faded(x, y, zone), every[zone : zone + 1], rtol=1e-12, atol=1e-9)
+
+
 def test_drawings_add_where_footprints_have_moved(faint):
     still = footprints(faint, (480, 848))
     twice = still.redrawn(lambda table: 2 * table)
