@@ -12,7 +12,7 @@ from mismatch.gained import SIGNIFICANT, falls_short, gained, poisson_scatter
 from mismatch.pattern import drawn
 from mismatch.poisson import LEAST
 from mismatch.race import race
-from mismatch.score import Score, start_of, suggests
+from mismatch.score import Score, numbers_given, start_of
 from mismatch.simulation import Simulation
 from physics.effects import all_effects
 
@@ -120,8 +120,7 @@ def cost(simulation: Simulation, fitted: Fit) -> float:
     given = [(form, name) for form in fitted.forms for name in form.given]
     chosen = sum(np.size(form.start[n]) for form, n in given if np.ndim(form.start[n]))
     onsets = sum(name == "since" for _, name in given)
-    single = [(f, n) for f, n in given if n != "since" and not np.ndim(f.start[n])]
-    numbers = [float(f.start[n]) for f, n in single if suggests(f, f.effect.parameter(n))]
+    numbers = [number for form in fitted.forms for number in numbers_given(form)]
     whole = [2 * np.log(2 + abs(number)) for number in numbers if number.is_integer()]
     choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets + sum(whole)
     choices += 2 * np.log(len(all_effects())) * len(fitted.forms)

@@ -159,6 +159,12 @@ def suggests(form: Form, parameter: Parameter) -> bool:
     return bool(np.ndim(start)) or start not in (parameter.start, *parameter.tries)
 
 
+def numbers_given(form: Form) -> list[float]:
+    """Numbers that the data gave a form and no fit varies; since when, and choices zone by zone, are none."""
+    names = [n for n in form.given if n != "since" and not np.ndim(form.start[n])]
+    return [float(form.start[n]) for n in names if suggests(form, form.effect.parameter(n))]
+
+
 def start_of(form: Form, amplitude: np.ndarray) -> np.ndarray:
     """Coordinates from which to fit a form that promises these amplitudes."""
     x = form.at_start()

@@ -87,3 +87,18 @@ def test_the_other_way_of_a_form_is_the_best_start_of_other_given_values():
     assert best.gain == 100.0
     assert best.other is tried[0]  # Where it walks is fitted: beginning there elsewhere is no other way.
     assert best_start([tried[1], promised(70.0, fullest=1.0)]).other is None
+
+
+def test_numbers_that_the_data_gave_must_earn_their_price():
+    form = next(iter(forms_of(find_effect("range_walk"), {"zone": ZONES, "bin": BINS})))
+
+    def promised(gain, **start):
+        given = tuple(start)
+        return Score(replace(form, start=form.start | start, given=given), np.ones(1), gain, 1, -gain / 2, gain)
+
+    plain, given = promised(100.0), promised(104.0, fullest=0.123)
+    assert best_start([plain, given]).gain == 104.0
+    best = best_start([plain, given], price=5.0)
+    assert best.gain == 100.0
+    assert best.other is given
+    assert best_start([plain, replace(given, gain=106.0)], price=5.0).gain == 106.0
