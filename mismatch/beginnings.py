@@ -19,20 +19,24 @@ RICH = 3
 MUCH, HARDLY = 100.0, 0.1
 
 
-def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
+def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form], last: bool = True) -> list[Round]:
     """The selection that begins with the best effect, or with another where that leads to what is likelier.
 
     The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
     stretched or leaves something, unless it is as many effects as there may be: then none of the library's will do.
     One that has a number for each zone, or many, may take up two causes whole; and the first of two, so much of both
     that what is left has another name. At the end each is chosen anew beside the others.
+
+    last: whether no other halves of the frames are to be tried, which may judge what these cannot.
     """
-    return exchanged(train, test, forms, _likeliest(train, test, forms))
-
-
-def _likeliest(train: Simulation, test: Simulation, forms: list[Form]) -> list[Round]:
-    """The likeliest of selections that begin with one effect or another."""
     best = select(train, test, forms)
+    if not last and unjudged(best[-1]) is not None:
+        return best
+    return exchanged(train, test, forms, _likeliest(train, test, forms, best))
+
+
+def _likeliest(train: Simulation, test: Simulation, forms: list[Form], best: list[Round]) -> list[Round]:
+    """The likeliest of selections that begin with one effect or another. best: the one that begins with the best."""
     found = best[-1].before
     if not found.forms:
         return best
@@ -67,13 +71,13 @@ def _two_for_one(rounds: list[Round]) -> list[tuple[Candidate, bool]]:
     return [(candidate, False) for candidate in (*plainest, *alike)]
 
 
-def unjudged(last: Round) -> bool:
-    """Whether frames held out tell nothing of a candidate that gains much on those that choose."""
+def unjudged(last: Round) -> Candidate | None:
+    """A candidate that gains much on frames that choose and of which those held out tell nothing, if there is one."""
     for candidate in last.candidates:
         won = last.before.deviance - candidate.fit.deviance
         if won > MUCH and last.before.deviance > candidate.criterion and candidate.expected_gain < HARDLY * won:
-            return True
-    return False
+            return candidate
+    return None
 
 
 def _plainer(form: Form, other: Form) -> bool:

@@ -1,6 +1,7 @@
 """The search for effects: on some frames, judged by others, anew where a cause leaves counts uncertain."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from mismatch.gained import falls_short
 from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.likelier_response import likelier_clock
 from mismatch.naming import Contest, contested
+from mismatch.poisson import deviance
 from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
 from mismatch.trust import as_given, trusted
@@ -99,12 +101,12 @@ def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> S
     """
     frames, simulation = len(simulation.counts), as_given(simulation)
     train, test = (simulation.of(some) for some in (halves(frames, frames) if singly else halves(frames)))
-    rounds, notes = likeliest_selection(train, test, forms), (ONE_BY_ONE,) if singly else ()
-    for some in [] if singly else finer(frames):
-        if not unjudged(rounds[-1]):
-            break
-        parts = [simulation.of(part) for part in some]
-        anew = likeliest_selection(*parts, forms)
+    others = [] if singly else finer(frames)
+    rounds, notes = likeliest_selection(train, test, forms, last=not others), (ONE_BY_ONE,) if singly else ()
+    while others and (alone := unjudged(rounds[-1])) is not None:
+        others.sort(key=partial(_shown_by_both, simulation, rounds[-1].before, alone.fit))
+        parts = [simulation.of(part) for part in others.pop()]
+        anew = likeliest_selection(*parts, forms, last=not others)
         # A search that was ended before it began tells nothing.
         if anew[-1].before.forms or not rounds[-1].before.forms or not simulation.work.enough:
             (train, test), rounds, notes = parts, anew, (ONE_BY_ONE,)
@@ -117,6 +119,13 @@ def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> S
             simulation, (train, test), rounds, notes = there[0], again, anew, (*notes, UNCERTAIN)
     judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
     return Search(simulation, train, test, rounds, judged, contests, notes)
+
+
+def _shown_by_both(simulation: Simulation, before: Fit, after: Fit, parts: tuple[np.ndarray, np.ndarray]) -> float:
+    """Deviance that one fit gains over another in that of two parts of the frames in which it gains less."""
+    lost, left = (deviance(simulation.counts, expected_at(simulation, one.forms, one.x)) for one in (before, after))
+    gained = (lost - left).sum(axis=(1, 2))
+    return float(min(gained[part].sum() for part in parts))
 
 
 def _beside(train: Simulation, test: Simulation, forms: list[Form], owning: Fit) -> list[Round]:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import poisson
 
 from mismatch import search as module
 from mismatch.blocks import halves
@@ -82,8 +83,9 @@ def test_a_search_anew_that_was_ended_before_it_began_undoes_nothing(passing, mo
     """Frames held out one by one find nothing: that tells something only if there was time to look."""
     found = {"first": rounds_of("time_lag"), "second": rounds_of()}
     searches = iter(found.values())
-    monkeypatch.setattr(module, "likeliest_selection", lambda *_: next(searches))
-    monkeypatch.setattr(module, "unjudged", lambda _: True)
+    monkeypatch.setattr(module, "likeliest_selection", lambda *_, last: next(searches))
+    monkeypatch.setattr(module, "unjudged", lambda _: SimpleNamespace(fit=None))
+    monkeypatch.setattr(module, "_shown_by_both", lambda *_: 0.0)
     monkeypatch.setattr(module, "what_is_left", lambda *_: False)
     monkeypatch.setattr(module, "contested", lambda *_: (None, []))
     monkeypatch.setattr(type(passing.work), "enough", property(lambda _: enough))
@@ -96,12 +98,13 @@ def test_what_few_frames_show_is_sought_with_some_of_them_on_either_side(passing
     assert {frame % 2 for frame in few} == {0, 1}
     rounds, one_side = rounds_of("counter_saturation"), []
 
-    def selection(train, test, _):
+    def selection(train, test, _, last):
         one_side.append(not np.isin(few, test.frames).any())
         return rounds
 
     monkeypatch.setattr(module, "likeliest_selection", selection)
-    monkeypatch.setattr(module, "unjudged", lambda _: one_side[-1])
+    monkeypatch.setattr(module, "unjudged", lambda _: SimpleNamespace(fit=None) if one_side[-1] else None)
+    monkeypatch.setattr(module, "_shown_by_both", lambda *to: min(np.isin(few, part).sum() for part in to[-1]))
     monkeypatch.setattr(module, "what_is_left", lambda *_: False)
     monkeypatch.setattr(module, "contested", lambda *_: (None, []))
     found = search(passing, [])
@@ -110,12 +113,26 @@ def test_what_few_frames_show_is_sought_with_some_of_them_on_either_side(passing
     np.testing.assert_array_equal(found.test.frames, np.arange(FRAMES)[1::2])
 
 
+def test_halves_are_better_that_both_show_what_one_alone_did(drawn):
+    simulation = drawn(2)
+    nominal = fit_nominal(simulation)
+    bad = np.array([4, 5])
+    simulation.counts[bad] = 2 * simulation.counts[bad]
+    brighter = fit_nominal(simulation.of(bad))
+    gained = poisson.logpmf(simulation.counts, simulation.expected(brighter.gain)).sum(axis=(1, 2))
+    gained -= poisson.logpmf(simulation.counts, nominal.expected).sum(axis=(1, 2))
+    apart, together = (np.arange(0, 24, 2), np.arange(1, 24, 2)), (np.arange(12), np.arange(12, 24))
+    found = [module._shown_by_both(simulation, nominal, brighter, parts) for parts in (apart, together)]
+    np.testing.assert_allclose(found, [2 * min(gained[p].sum() for p in parts) for parts in (apart, together)])
+    assert found[0] > found[1]
+
+
 @pytest.mark.parametrize("enough", [True, False])
 def test_a_search_of_counts_that_are_trusted_less_goes_on_where_it_may_not_begin_anew(passing, monkeypatch, enough):
     going_on, anew = rounds_of("time_lag", "zone_gain"), rounds_of("time_lag")
     owning, before = SimpleNamespace(), rounds_of("time_lag")
-    monkeypatch.setattr(module, "likeliest_selection", lambda *_: before)
-    monkeypatch.setattr(module, "unjudged", lambda _: False)
+    monkeypatch.setattr(module, "likeliest_selection", lambda *_, last: before)
+    monkeypatch.setattr(module, "unjudged", lambda _: None)
     monkeypatch.setattr(module, "what_is_left", lambda *_: True)
     monkeypatch.setattr(module, "trusted", lambda simulation, *_: (simulation, owning, before))
     monkeypatch.setattr(module, "onward", lambda train, test, forms, led, now: going_on if now is owning else None)
