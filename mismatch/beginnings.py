@@ -6,7 +6,7 @@ from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
 from mismatch.rivals import evidence
-from mismatch.selection import MOST_EFFECTS, Round, begun_with, select
+from mismatch.selection import Round, begun_with, select
 from mismatch.simulation import Simulation
 
 # So many of the first round's other candidates are tried as the first.
@@ -23,9 +23,9 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form], 
     """The selection that begins with the best effect, or with another where that leads to what is likelier.
 
     The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
-    stretched or leaves something, unless it is as many effects as there may be: then none of the library's will do.
-    One that has a number for each zone, or many, may take up two causes whole; and the first of two, so much of both
-    that what is left has another name. At the end each is chosen anew beside the others.
+    stretched or leaves something. One that has a number for each zone, or many, may take up two causes whole; and the
+    first of several, so much of others that what is left has another name. At the end each is chosen anew beside the
+    others.
 
     last: whether no other halves of the frames are to be tried, which may judge what these cannot.
     """
@@ -58,12 +58,12 @@ def _two_for_one(rounds: list[Round]) -> list[tuple[Candidate, bool]]:
     """Where two may be likelier than what nobody doubts: candidates of the first round to begin with.
 
     And whether each may take a richer form at once. In the place of one with a number for each zone, or many: its own
-    plainest form, and others of one number for all. In the place of two, the first of which may hold parts of both:
-    others. Three are as many as there may be.
+    plainest form, and others of one number for all. In the place of several, the first of which may hold parts of
+    others: others.
     """
     first, alone, others = rounds[0], rounds[-1].before.forms, _others(rounds[0])
     if len(alone) > 1:
-        return [(candidate, True) for candidate in others if len(alone) < MOST_EFFECTS]
+        return [(candidate, True) for candidate in others]
     plainer = [c for c in first.candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]
     plainer = [c for c in plainer if c.stands_out(len(first.candidates))]
     plainest = sorted(plainer, key=lambda c: (len(c.form.coordinates), c.criterion))[:1]
@@ -95,12 +95,12 @@ def _evidence(train: Simulation, test: Simulation, rounds: list[Round]) -> float
 
 
 def _doubtful(train: Simulation, found: Fit) -> bool:
-    """Whether names are stretched or contradicted, or fewer than there may be leave something."""
+    """Whether names are stretched or contradicted, or leave something."""
     rendering = train.rendering(found.gain)
     asked = ((s.effect, s.values, rendering) for s in found.settings)
     if any(effect.strained(*now) or effect.contradiction(*now) for effect, *now in asked):
         return True
-    return len(found.forms) < MOST_EFFECTS and bool(what_is_left(train, found))
+    return bool(what_is_left(train, found))
 
 
 def _others(first: Round) -> list[Candidate]:
