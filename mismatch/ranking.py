@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from mismatch.beside import Beside
+from mismatch.candidates import price
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.looked import looked
@@ -47,8 +48,8 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
         exact = promises(beside, [[form for form in same if form in worth] for same in begun])
         again, times = {_key(form) for form in worth}, beside.frames / beside.some.frames
         found = [replace(s, information=s.information * times) for s in found if _key(s.form) not in again] + exact
-    price = float(np.log(simulation.counts.shape[0] * simulation.counts.shape[1]))
-    return sorted((best_start(starts, price) for starts in _by_form(found).values()), key=lambda s: s.log_p), tried
+    each = price(simulation)
+    return sorted((best_start(starts, each) for starts in _by_form(found).values()), key=lambda s: s.log_p), tried
 
 
 def _key(form: Form) -> tuple:
@@ -96,17 +97,17 @@ def promises(beside: Beside, begun: Iterable[list[Form]], known: bool | None = N
     return [s for part in beside.simulation.each(of_effect, (same for same in begun if same)) for s in part]
 
 
-def best_start(scores: list[Score], price: float = 0.0) -> Score:
+def best_start(scores: list[Score], each: float = 0.0) -> Score:
     """Of one form's starts the one that promises most, and what the next does of other given values, if nearly that.
 
-    price: deviance that each number must gain which the data gave.
+    each: deviance that a number must gain which the data gave.
     """
 
     def given(s: Score) -> tuple:
         return s.form.effect.at(**{name: v for name, v in s.form.start.items() if name not in s.form.free}).key
 
     def promised(s: Score) -> float:
-        return s.gain - price * len(numbers_given(s.form))
+        return s.gain - each * len(numbers_given(s.form))
 
     best = max(scores, key=promised)
     as_best = given(best)

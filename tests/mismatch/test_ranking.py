@@ -98,7 +98,7 @@ def test_numbers_that_the_data_gave_must_earn_their_price():
 
     plain, given = promised(100.0), promised(104.0, fullest=0.123)
     assert best_start([plain, given]).gain == 104.0
-    best = best_start([plain, given], price=5.0)
+    best = best_start([plain, given], each=5.0)
     assert best.gain == 100.0
     assert best.other is given
-    assert best_start([plain, replace(given, gain=106.0)], price=5.0).gain == 106.0
+    assert best_start([plain, replace(given, gain=106.0)], each=5.0).gain == 106.0
