@@ -68,7 +68,7 @@ def mirrored(scene: Bench) -> Iterator[tuple[str, np.ndarray]]:
         if swapped:
             x, y = y * width / height, x * height / width
         x, y = width - 1 - x if across else x, height - 1 - y if down else y
-        yield name, scene.signal(replace(where, x_px=x, y_px=y))
+        yield name, scene.signal(where.read_at(x, y))
 
 
 def twisted(scene: Bench) -> Iterator[tuple[str, np.ndarray]]:

@@ -125,7 +125,7 @@ def _where(
     """Footprints on some pixels of a grid. calibration_range_m: where the maps do not say."""
     x, y = (np.ascontiguousarray(a[at]) for a in full_size_pixels(grid, maps.image_size))
     coarse = footprints(maps, x.shape, calibration_range_m)
-    return coarse if x.shape == grid else replace(coarse, x_px=x, y_px=y)
+    return coarse if x.shape == grid else coarse.read_at(x, y)
 
 
 def _every_pixel(intrinsics: np.ndarray, step: int) -> np.ndarray:

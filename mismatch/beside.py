@@ -1,6 +1,5 @@
 """What forms are asked beside, a fit of a recording; and the same of some of its frames, which cost less."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,22 +20,17 @@ BADLY = 3.0
 GOLDEN = (5**0.5 - 1) / 2
 
 
-@dataclass(frozen=True, eq=False)
 class Beside:
-    """A simulation and what is fitted to it."""
+    """A simulation, what is fitted to it, and the projection that takes out what the fit can make."""
 
-    simulation: Simulation
-    fitted: Fit
+    def __init__(self, simulation: Simulation, fitted: Fit) -> None:
+        self.simulation, self.fitted = simulation, fitted
+        self.projection = Projection(simulation, fitted)  # At once: threads share it.
 
     @property
     def frames(self) -> int:
         """How many there are."""
         return len(self.simulation.counts)
-
-    @cached_property
-    def projection(self) -> Projection:
-        """What the fit can make, taken out."""
-        return Projection(self.simulation, self.fitted)
 
     @cached_property
     def misfit(self) -> np.ndarray:

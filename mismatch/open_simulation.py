@@ -132,7 +132,7 @@ def _footprints(recording: Recording, maps: ResponseMaps, stride: int) -> Footpr
     if stride == 1:
         return whole
     read = (slice(stride // 2, None, stride),) * 2
-    return replace(whole, x_px=whole.x_px[read], y_px=whole.y_px[read])
+    return whole.read_at(whole.x_px[read], whole.y_px[read])
 
 
 def _likelier(within: Simulation, across: Simulation) -> tuple[Simulation, list[str]]:

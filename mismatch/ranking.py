@@ -93,7 +93,6 @@ def promises(beside: Beside, begun: Iterable[list[Form]], known: bool | None = N
         found = [(form, promised[key]) for form, key in zip(same, keys, strict=True)]
         return [replace(one, form=form) for form, one in found if one is not None]
 
-    beside.projection  # noqa: B018  Once for all threads.
     return [s for part in beside.simulation.each(of_effect, (same for same in begun if same)) for s in part]
 
 

@@ -14,6 +14,8 @@ from physics.workers import in_parallel
 ROUNDED = 2e-6
 # Steps there must be, and pixels to each, to be sure that they are.
 FEWEST, PIXELS = 8, 20
+# So many frames, evenly taken, tell whether there are any.
+ASKED = 32
 # Part of a step by which gaps may miss whole numbers of them; and of the gaps that must not.
 OFF, MOST = 0.1, 0.99
 # Cosines that differ by less were told alike.
@@ -44,13 +46,14 @@ def _smooth(every: Light) -> tuple[np.ndarray, np.ndarray, str] | None:
     incidence is; and what depth steps by.
     """
     length = np.linalg.norm(every.rays, axis=-1)
-    depth = every.range_m / length
-    known = np.isfinite(depth) & (depth > 0)
-    safe = np.where(known, depth, 1.0).astype(float)
-    for what, numbers, power in (("1/m", 1 / safe, -1), ("m", safe, 1)):
-        step = step_of(numbers[known])
+    asked = every.range_m[:: max(every.frames // ASKED, 1)] / length
+    asked = asked[np.isfinite(asked) & (asked > 0)].astype(float)
+    for what, power in (("1/m", -1), ("m", 1)):
+        step = step_of(asked**power)
         if step is not None:
-            steps = np.where(known, numbers / step, -np.inf)
+            depth = every.range_m / length
+            known = np.isfinite(depth) & (depth > 0)
+            steps = np.where(known, np.where(known, depth, 1.0).astype(float) ** power / step, -np.inf)
             smooth = np.stack(in_parallel(drawn_together, steps))
             times = np.where(known, smooth / np.where(known, steps, 1.0), 1.0) ** power
             facing = _facing(every, np.where(known, depth, 0), np.where(known, depth * times, 0))
@@ -63,7 +66,7 @@ def _facing(every: Light, depth: np.ndarray, smooth: np.ndarray) -> np.ndarray:
     for told in (incidence_cosine, incidence_cosine_across_edges):
         before = told(depth, every.intrinsics)
         there = np.isfinite(before) & (before > 0)
-        if (np.abs(before - every.cosine)[there] < ALIKE).mean() > MOST:
+        if there.any() and (np.abs(before - every.cosine)[there] < ALIKE).mean() > MOST:
             after = told(smooth, every.intrinsics)
             return np.where(there & np.isfinite(after), np.maximum(after, 0) / np.where(there, before, 1), 1.0)
     return np.ones_like(depth)

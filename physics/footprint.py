@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numba import njit
@@ -31,8 +31,7 @@ class Footprints:
     changes: functions of weights (..., P, H, W), applied in order after the reading.
     unmoved: the nominal footprints that these were made from; None where these are they.
     by_zone: (2, P) pixels x, y by which each zone is displaced beside that; None where none is.
-    read: what was read before it was redrawn, by frame, for all that are where these are. drawn: what drawings add
-    to nominal footprints.
+    read: what was read before it was redrawn, by frame, for all that are where these are.
 
     Footprints are read from the triangles of the scan, moved or not. Maps end at the hull of the scan, with a jump
     where they have not fallen to 0. Moved ones fade beyond it, so that counts are continuous in the move, and what
@@ -51,7 +50,6 @@ class Footprints:
     unmoved: "Footprints | None" = None
     by_zone: np.ndarray | None = None
     read: dict[int, np.ndarray] = field(default_factory=dict, repr=False)
-    drawn: dict[tuple, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
     def weights(self) -> np.ndarray:
@@ -97,16 +95,17 @@ class Footprints:
             _add(self.field.added(self.drawings), *self.field.first, x_px, y_px, self.scale, read)
         return np.maximum(read, 0, out=read)
 
-    def _drawn(self, drawings: tuple[Change, ...]) -> np.ndarray:
-        """(H, W, P) what drawings add to weights read here; kept, as maps are large and fits come back to the same."""
-        found = self.drawn.get(drawings)
-        if found is None:
+    @cached_property
+    def _drawn(self) -> Callable[[tuple[Change, ...]], np.ndarray]:
+        """What drawings add to weights read here, (H, W, P); kept, as maps are large and fits come back to the same."""
+
+        @lru_cache(DRAWN)
+        def added(drawings: tuple[Change, ...]) -> np.ndarray:
             found = np.zeros_like(self._nominal)
             _add(self.field.added(drawings), *self.field.first, self.x_px, self.y_px, self.scale, found)
-            if len(self.drawn) >= DRAWN:
-                self.drawn.clear()
-            self.drawn[drawings] = found
-        return found
+            return found
+
+        return added
 
     def _moved(self, x_px: np.ndarray, y_px: np.ndarray, zone: int | None = None) -> np.ndarray:
         """(H, W, P) weights read at these points, (H, W) each. zone: (H, W, 1), of it alone."""
@@ -137,6 +136,10 @@ class Footprints:
     def before_moving(self) -> "Footprints":
         """The nominal footprints where these were moved or redrawn; themselves where they were changed otherwise."""
         return self if self.unmoved is None or self.changes else self.unmoved
+
+    def read_at(self, x_px: np.ndarray, y_px: np.ndarray) -> "Footprints":
+        """The footprints on another grid, of pixels at these places of the full-size image, (H, W) each."""
+        return replace(self, x_px=x_px, y_px=y_px, read={})
 
     def moved(self, x_px: np.ndarray | float, y_px: np.ndarray | float) -> "Footprints":
         """The footprints displaced in the full-size image by x, y pixels: scalars, (H, W) or (F, H, W)."""

@@ -104,6 +104,18 @@ def test_the_table_holds_image_and_scan(maps):
     np.testing.assert_allclose(field.table[:, y, x], field.faded(x, y), rtol=1e-6, atol=1e-6)
 
 
+def test_what_drawings_add_is_kept_for_one_grid_alone(faint):
+    still = footprints(faint, (48, 80))
+    part = still.read_at(still.x_px[5:9], still.y_px[5:9])
+
+    def twice(table):
+        return 2 * table
+
+    whole = still.redrawn(twice).weights
+    np.testing.assert_array_equal(still.redrawn(twice).weights, whole)
+    np.testing.assert_array_equal(part.redrawn(twice).weights, whole[:, 5:9])
+
+
 def test_one_zone_is_read_as_it_is_with_all(maps):
     field, rng = footprints(maps, (6, 8)).field, np.random.default_rng(4)
     x, y = rng.uniform(-20, 900, 500), rng.uniform(-20, 520, 500)
