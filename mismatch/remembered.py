@@ -52,20 +52,22 @@ class Remembered:
     changes: dict[Hashable, np.ndarray] = field(default_factory=dict)
     slopes: Slopes | None = None
     parts: dict[bytes, "Simulation"] = field(default_factory=dict)
+    _numbers: int = 0
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def beginning(self, expected: np.ndarray) -> bool:
         """Whether what is remembered is of use beside these counts (F, P, T); if not it is forgotten."""
         if self.beside is not None and alike(expected, self.beside, MUCH_THE_SAME):
             return True
-        self.beside, self.changes = expected, {}
+        self.beside, self.changes, self._numbers = expected, {}, 0
         return False
 
     def keep(self, key: Hashable, made: Callable[[], np.ndarray]) -> np.ndarray:
         """A change that is made now, and kept where there is room."""
         change = made()
         with self._lock:
-            if sum(one.size for one in self.changes.values()) + change.size <= MOST_NUMBERS:
+            if self._numbers + change.size <= MOST_NUMBERS:
+                self._numbers += change.size
                 self.changes[key] = change.astype(np.float32)
         return change
 

@@ -3,8 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import gammaln
-from scipy.stats import chi2
+from scipy.special import chdtrc, gammaln
 
 from mismatch.coordinate import to_coordinate
 from mismatch.fit import Fit
@@ -115,9 +114,9 @@ def score_by(projection: Projection, form: Form, changes: np.ndarray) -> Score |
 
 def log_chance(gain: float, dof: int) -> float:
     """Logarithm of the chance that noise gains as much, by so many numbers."""
-    found = float(chi2.logsf(max(gain, 0.0), dof))
-    if np.isfinite(found):
-        return found
+    found = chdtrc(dof, max(gain, 0.0))
+    if found > 0:
+        return float(np.log(found))
     # Far out the tail is its first term (Abramowitz and Stegun 26.4.12), which no number is too small for.
     return float((dof / 2 - 1) * np.log(gain / 2) - gain / 2 - gammaln(dof / 2))
 

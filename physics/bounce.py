@@ -32,7 +32,7 @@ from scipy.constants import speed_of_light
 from physics.arrivals import delayed
 from physics.clock import Clock
 from physics.footprint import Footprints
-from physics.kept import kept_with_scene
+from physics.kept import kept_by_frame, kept_with_scene
 from physics.light import Light
 from physics.normals import solid_angles, vector_areas
 from physics.pulse import ImpulseResponse
@@ -91,25 +91,30 @@ def second_bounce(light: Light, footprints: Footprints, clock: Clock, aimed: boo
 
     Not to be written to: whoever asks for the same again may get the same array.
     """
-    lattice, seen = clock.lattice, footprints.seen
-    zones = seen[0][1].shape[1]
-    offset = (float(clock.time_zero_s[0]) - lattice.first_s) / lattice.step_s
-    out = np.zeros((light.frames, zones, lattice.size))
+    out = np.empty((light.frames, footprints.seen[0][1].shape[1], clock.lattice.size))
 
     def one(i: int) -> None:
-        pixels, weights = seen[i % len(seen)]
-        made = patches(light, i, _aim(light, pixels, weights) if aimed else None)
-        label = made.label.ravel()[pixels]
-        inside = label != OUTSIDE
-        received = weights[inside] * light.assumed_reflectance[i].ravel()[pixels[inside], None]
-        response = np.stack([np.bincount(label[inside], zone, len(made.area_m2)) for zone in received.T], axis=1)
-        together = np.zeros((lattice.size, zones))
-        geometry = made.point_m, made.normal, made.area_m2, made.sent_sr
-        _exchange(*geometry, response, rough, 2 / speed_of_light / lattice.step_s, offset, together)
-        out[i] = together.T
+        out[i] = _of_frame(light, i, footprints, clock, aimed, rough)
 
     in_parallel(one, range(light.frames))
     return out
+
+
+@kept_by_frame
+def _of_frame(light: Light, i: int, footprints: Footprints, clock: Clock, aimed: bool, rough: bool) -> np.ndarray:
+    """(P, J) the same of one frame."""
+    lattice, seen = clock.lattice, footprints.seen
+    offset = (float(clock.time_zero_s[0]) - lattice.first_s) / lattice.step_s
+    pixels, weights = seen[i % len(seen)]
+    made = patches(light, i, _aim(light, pixels, weights) if aimed else None)
+    label = made.label.ravel()[pixels]
+    inside = label != OUTSIDE
+    received = weights[inside] * light.assumed_reflectance[i].ravel()[pixels[inside], None]
+    response = np.stack([np.bincount(label[inside], zone, len(made.area_m2)) for zone in received.T], axis=1)
+    together = np.zeros((lattice.size, response.shape[1]))
+    geometry = made.point_m, made.normal, made.area_m2, made.sent_sr
+    _exchange(*geometry, response, rough, 2 / speed_of_light / lattice.step_s, offset, together)
+    return together.T
 
 
 def _aim(light: Light, pixels: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -62,14 +63,18 @@ class Effect:
         """Which fields of a rendering it changes."""
         return tuple(noun for noun in NOUNS if hasattr(self, noun))
 
+    @cached_property
+    def _by_name(self) -> dict[str, Parameter]:
+        """Its parameters, and `SINCE`."""
+        return {parameter.name: parameter for parameter in (*self.parameters, SINCE)}
+
     def parameter(self, name: str) -> Parameter:
         """The parameter of this name."""
-        every = (*self.parameters, SINCE)
-        for parameter in every:
-            if parameter.name == name:
-                return parameter
-        known = ", ".join(parameter.name for parameter in every)
-        raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
+        if name not in self._by_name:
+            raise Refusal(
+                f"effect {self.id}: {name!r} is no parameter of it, expected one of {', '.join(self._by_name)}"
+            )
+        return self._by_name[name]
 
     def at(self, **values: Any) -> "Setting":
         """The effect at these values.

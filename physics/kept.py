@@ -14,6 +14,8 @@ from physics.light import Light
 # this, one.
 KEPT = 4
 MANY = 1 << 22
+# Of single frames, for all parts of a session, so many numbers.
+MOST = 1 << 24
 # Lattices whose first knots differ by less than this part of a step are the same.
 ROUNDING = 1e-9
 
@@ -45,6 +47,34 @@ def kept_with_light(make: Sum) -> Sum:
 def kept_with_scene(make: Sum) -> Sum:
     """The same of what goes by ranges and assumed reflectance alone: for all light that these send back."""
     return _kept(make, lambda light: light.kept, lambda light: (light.range_m, light.assumed_reflectance))
+
+
+def kept_by_frame(make: Sum) -> Sum:
+    """The same of (P, J) light of one frame, which comes second: parts of a session find what others have made.
+
+    Of ranges and assumed reflectance alone; what it gives is to be read only.
+    """
+    name = f"_{make.__module__}.{make.__qualname__}"
+
+    @wraps(make)
+    def kept(light: Light, frame: int, footprints: Footprints, clock: Clock, *how: bool) -> np.ndarray:
+        session, number = light, frame
+        if light.part_of is not None:
+            session, number = light.part_of[0], int(light.part_of[1][frame])
+        store, scene = session.kept.setdefault(name, {}), (light.range_m[frame], light.assumed_reflectance[frame])
+        found = store.get((number, how))
+        if found is not None:
+            made_of, seen_by, timed_by, made = found
+            same = all(np.array_equal(mine, its, equal_nan=True) for mine, its in zip(scene, made_of, strict=True))
+            if same and footprints is seen_by and same_knots(clock, timed_by):
+                return made[:, : clock.lattice.size]
+        made = make(light, frame, footprints, clock, *how)
+        made.setflags(write=False)
+        if (len(store) + 1) * made.size <= MOST:
+            store[number, how] = scene, footprints, clock, made
+        return made
+
+    return kept
 
 
 def kept_of_session(make: Callable[..., Made]) -> Callable[..., Made]:

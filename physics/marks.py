@@ -100,9 +100,10 @@ def likely_marks(
 
 def spread(points: np.ndarray, apart: float) -> np.ndarray:
     """(M, 3) of points (N, 3): the mean in each cell of a grid as wide as `apart`, of the PLACES fullest."""
-    cells, which, many = np.unique(
-        np.floor(points / apart).astype(int), axis=0, return_inverse=True, return_counts=True
-    )
-    which = which.ravel()
-    means = np.stack([np.bincount(which, points[:, axis], len(cells)) for axis in range(3)], axis=-1) / many[:, None]
+    cells = np.floor(points / apart).astype(int)
+    cells -= cells.min(axis=0)
+    # As one number each, which sort alike and much sooner.
+    numbers = np.ravel_multi_index(tuple(cells.T), cells.max(axis=0) + 1)
+    _, which, many = np.unique(numbers, return_inverse=True, return_counts=True)
+    means = np.stack([np.bincount(which, points[:, axis]) for axis in range(3)], axis=-1) / many[:, None]
     return means[np.argsort(-many, kind="stable")[:PLACES]]

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 from numba import njit
-from scipy.spatial.transform import Rotation
 
 from physics.kept import kept_of_session
 from physics.light import Light
@@ -111,14 +110,8 @@ def views_of(light: Light) -> Views:
     return Views(ranges / np.linalg.norm(light.rays, axis=-1), normals, light.rays, light.intrinsics)
 
 
-def aligned(
-    depth: np.ndarray,
-    normals: np.ndarray,
-    other: np.ndarray,
-    rays: np.ndarray,
-    intrinsics: np.ndarray,
-    start: np.ndarray,
-) -> tuple[np.ndarray, float]:
+@njit(nogil=True, cache=True)
+def aligned(depth, normals, other, rays, intrinsics, start):
     """(4, 4) from the camera's frame of another image (H, W) to that of this one, and how much is not laid on surfaces.
 
     depth: (H, W) metres along z, 0 where unknown; normals: (H, W, 3), NaN where unknown. other: (H, W) its
@@ -131,13 +124,28 @@ def aligned(
             told, along = np.linalg.eigh(information)
             if not told[-1] > 0:
                 return here, 1.0
-            change = -along @ np.where(told > LITTLE * told[-1], (along.T @ score) / np.maximum(told, 1e-300), 0)
-            step = np.eye(4)
-            step[:3, :3], step[:3, 3] = Rotation.from_rotvec(change[:3]).as_matrix(), change[3:]
-            here = step @ here
+            change = np.zeros(6)
+            for k in range(6):
+                if told[k] > LITTLE * told[-1]:
+                    change -= along[:, k] * ((along[:, k] * score).sum() / told[k])
+            here = _by_little(change) @ here
             if np.abs(change).max() < 1e-6:
                 break
     return here, loss
+
+
+@njit(nogil=True, cache=True)
+def _by_little(change):
+    """(4, 4) a turn by a rotation vector (Rodrigues 1840) and then a shift, (6,)."""
+    x, y, z = change[:3]
+    angle = np.sqrt(x * x + y * y + z * z)
+    # sin(a) / a and (1 - cos(a)) / a², which rounding leaves nothing of near 0.
+    first, second = np.sinc(angle / np.pi), np.sinc(angle / (2 * np.pi)) ** 2 / 2
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    step = np.eye(4)
+    step[:3, :3] += first * across + second * (across @ across)
+    step[:3, 3] = change[3:]
+    return step
 
 
 @njit(nogil=True, cache=True)

@@ -43,10 +43,14 @@ class Parameter:
 
     def admits(self, value: float | np.ndarray) -> bool:
         """Whether a number, or each of several, is within bounds."""
+        if isinstance(value, float):
+            return self.low <= value <= self.high
         return bool(np.all((np.asarray(value) >= self.low) & (np.asarray(value) <= self.high)))
 
     def checked(self, value: Any, place: str) -> float | np.ndarray:
         """The value as a number, or (P,) numbers; refuses what is none or out of bounds."""
+        if isinstance(value, float) and self.low <= value <= self.high:
+            return float(value)
         try:
             numbers = np.array(value, float)
         except (TypeError, ValueError):

@@ -59,6 +59,8 @@ def straight_tracks(
 
     chosen: list[tuple[float, int, float]] = []
     for line in sorted(found, reverse=True):
+        if len(chosen) == most:
+            break
         ends = np.array([line[1], line[1] + line[2]])
         if all(np.abs(ends - [first, first + slope]).max() > APART_BINS for _, first, slope in chosen):
             chosen.append(line)
@@ -66,7 +68,7 @@ def straight_tracks(
         Track(
             (first + 0.5 - slope * times[0] / lasted) * clock.bin_width_s, slope * clock.bin_width_s / lasted, evidence
         )
-        for evidence, first, slope in chosen[:most]
+        for evidence, first, slope in chosen
     ]
 
 
