@@ -70,11 +70,10 @@ class Effect:
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of this name."""
-        if name not in self._by_name:
-            raise Refusal(
-                f"effect {self.id}: {name!r} is no parameter of it, expected one of {', '.join(self._by_name)}"
-            )
-        return self._by_name[name]
+        if name in self._by_name:
+            return self._by_name[name]
+        known = ", ".join(self._by_name)
+        raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
 
     def at(self, **values: Any) -> "Setting":
         """The effect at these values.
