@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
+from mismatch import beside
 from mismatch.blocks import halves
 from mismatch.explain import explain
 from mismatch.fit import expected_at, fit_nominal
@@ -91,6 +92,23 @@ def test_beside_a_generic_optimiser():
     print(f"\nexplain {ours:.1f} s; least squares of {ONE} alone {one:.1f} s")
     print(f"times {effects} effects {one * effects:.0f} s: {one * effects / ours:.0f} times as long")
     assert ours < one * effects
+
+
+@pytest.mark.parametrize("concealed", [None, "impulse_tail"])
+def test_some_frames_are_asked_first(monkeypatch, concealed):
+    """Beside the same search that asks all frames what each form promises, by turns."""
+    simulation, taken, names = recording(96, concealed), {True: [], False: []}, {}
+    for first, least in 2 * ((True, beside.LARGE), (False, np.inf)):
+        monkeypatch.setattr(beside, "LARGE", least)
+        anew = replace(simulation)
+        begin = time.perf_counter()
+        found = explain(anew)
+        taken[first].append(time.perf_counter() - begin)
+        names[first] = [effect.id for effect in found.verdict.effects]
+    some, every = (min(taken[first]) for first in (True, False))
+    print(f"\n{concealed}: some frames first {some:.1f} s, all frames {every:.1f} s, both find {names[True]}")
+    assert names[True] == names[False]
+    assert some < every
 
 
 @pytest.mark.parametrize("concealed", [None, "impulse_tail"])

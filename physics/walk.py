@@ -6,7 +6,7 @@ from scipy.special import expit
 
 from physics.effect import Parameter, Values
 
-# A walk has so many levels, and as many halfway to each.
+# A walk has so many levels, or the first of them, and as many halfway to each.
 LEVELS = tuple(f"level_{k}" for k in range(1, 7))
 BETWEEN = tuple(f"between_{k}" for k in range(1, 7))
 # A jump takes this long, seconds: nothing for any sensor.
@@ -17,10 +17,10 @@ SHORTEST_S = 1e-3
 TINY = 1e-12
 
 
-def walk_parameters(unit: str, most: float, start: float) -> tuple[Parameter, ...]:
+def walk_parameters(unit: str, most: float, start: float, levels: int = len(LEVELS)) -> tuple[Parameter, ...]:
     """Parameters of a walk and of a jump, of so much in either direction at most."""
-    heights = [(name, "Height at this level.") for name in LEVELS]
-    heights += [(name, "Height halfway to it, above the mean of those before and after.") for name in BETWEEN]
+    heights = [(name, "Height at this level.") for name in LEVELS[:levels]]
+    heights += [(name, "Height halfway to it, above the mean of those before and after.") for name in BETWEEN[:levels]]
     heights += [("jump", "By how much it is higher after a jump.")]
     return (
         *(Parameter(name, unit, -most, most, start, said, vanishes_at=0.0) for name, said in heights),
@@ -36,10 +36,10 @@ def walked(values: Values, time_s: np.ndarray) -> np.ndarray:
 
     From the last level on it stays.
     """
-    heights = np.zeros(2 * len(LEVELS) + 1)
-    level = np.array([0.0, *(values[name] for name in LEVELS)])
+    level = np.array([0.0, *(values[name] for name in LEVELS if name in values)])
+    heights = np.zeros(2 * len(level) - 1)
     heights[::2] = level
-    heights[1::2] = (level[1:] + level[:-1]) / 2 + [values[name] for name in BETWEEN]
+    heights[1::2] = (level[1:] + level[:-1]) / 2 + [values[name] for name in BETWEEN if name in values]
     found = values["jump"] * expit((time_s - values["jump_at"]) / JUMP_S)
     if values["every"] <= SHORTEST_S or not heights.any():
         return found
@@ -55,7 +55,7 @@ def curve(heights: np.ndarray, every_s: float, time_s: np.ndarray) -> np.ndarray
 def walk_starts(parameters: dict[str, Parameter], time_s: np.ndarray, height: np.ndarray, weight: np.ndarray) -> list:
     """Levels that last as long as the session; and the jump that explains most of heights (F,), weighted (F,)."""
     found = []
-    every = float(np.ptp(time_s)) / len(LEVELS)
+    every = float(np.ptp(time_s)) / sum(name in parameters for name in LEVELS)
     if every >= parameters["every"].low:
         found.append({LEVELS[0]: parameters[LEVELS[0]].start, "every": every})
     if len(time_s) > 2:

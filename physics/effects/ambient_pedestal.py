@@ -6,18 +6,22 @@ from scipy.signal import lombscargle
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.glow import glow
 from physics.rendering import Rendering
+from physics.walk import BETWEEN, LEVELS, walk_parameters, walk_starts, walked
 
 # Frames that tell a beat from a trend. Of what they show most, they show that part of a wave which counts as seen.
 FEWEST, SEEN = 8, 1e-2
+# Levels of a walk, one fewer than others have: what walks has a number of its own.
+WALKED = 5
 
 
 class AmbientPedestal(Effect):
-    """Photons that no laser sent arrive evenly in time: level + growth·t more in every bin, t seconds into the session.
+    """Photons that no laser sent arrive evenly in time: level · e^w + growth·t more in every bin after t seconds.
 
-    Lamps on the mains flicker, and what is left of that in frames beats with them: swing_sin · sin φ + swing_cos ·
-    cos φ, φ = 2π · frequency · t. Where the same light is brighter than when it was recorded there is `more` of the
-    recorded background in each zone. Where it falls on what the zones see, each has `lit` times how bright that is
-    (`physics.glow`), which goes with the scene from frame to frame.
+    w(t) is 0 where nothing else is said; where clouds pass it walks, and it jumps where lamps are switched
+    (`physics.walk`). Lamps on the mains flicker, and what is left of that in frames beats with them: swing_sin ·
+    sin φ + swing_cos · cos φ, φ = 2π · frequency · t. Where the same light is brighter than when it was recorded
+    there is `more` of the recorded background in each zone. Where it falls on what the zones see, each has `lit`
+    times how bright that is (`physics.glow`), which goes with the scene from frame to frame.
     A background that is less than recorded, which negative growth may come to, is never less than none.
     """
 
@@ -32,7 +36,16 @@ class AmbientPedestal(Effect):
         ),
         LookAlike("afterpulsing", "Cover the emitter: a pedestal stays, afterpulses go."),
     )
-    forms = (("level",), ("level", "growth"), ("more",), ("lit",), ("level", "swing_sin", "swing_cos", "frequency"))
+    forms = (
+        ("level",),
+        ("level", "growth"),
+        ("more",),
+        ("lit",),
+        ("level", "swing_sin", "swing_cos", "frequency"),
+        ("level", *LEVELS[:WALKED]),
+        ("level", *LEVELS[:WALKED], *BETWEEN[:WALKED]),
+        ("level", "jump"),
+    )
     parameters = (
         Parameter(
             "level",
@@ -74,6 +87,7 @@ class AmbientPedestal(Effect):
         Parameter("swing_sin", "counts", -1e6, 1e6, 1.0, "By which it swings with the sine, in all zones.", 0.0),
         Parameter("swing_cos", "counts", -1e6, 1e6, 1.0, "By which it swings with the cosine.", 0.0),
         Parameter("frequency", "Hz", 0.0, 1e3, 1.0, "How often it does in a second, or seems to in frames that few."),
+        *walk_parameters("1", 5.0, 0.3, WALKED),
     )
 
     def background(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -81,36 +95,42 @@ class AmbientPedestal(Effect):
         time_s = np.asarray(rendering.light.time_s)[:, None, None]
         known = rendering.background * (1 + values["more"])
         phase = 2 * np.pi * values["frequency"] * time_s
-        more = np.atleast_1d(values["level"])[:, None] + values["growth"] * time_s
+        more = np.atleast_1d(values["level"])[:, None] * np.exp(walked(values, time_s)) + values["growth"] * time_s
         more = more + values["swing_sin"] * np.sin(phase) + values["swing_cos"] * np.cos(phase)
         if values["lit"]:
             more = more + values["lit"] * glow(rendering.light, rendering.footprints)[..., None]
         return np.maximum(known + more, 0)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """The beat that explains most of what frames have more than expected in all of their bins.
-
-        Lomb 1976, Astrophys. Space Sci. 39, 447, with a mean of its own: of each frame's level as all its cells tell.
-        """
+        """A walk, a jump and a beat that explain most of what frames have more than expected in all of their bins."""
         time_s = np.asarray(rendering.light.time_s, float)
-        span_s = float(np.ptp(time_s))
-        if len(time_s) < FEWEST or not span_s > 0:
-            return []
         told = (1 / np.maximum(expected, 1)).sum(axis=(1, 2))
         level = (excess / np.maximum(expected, 1)).sum(axis=(1, 2)) / told
-        highest = 0.5 / float(np.median(np.diff(time_s)))
-        frequencies = np.arange(0.5 / span_s, highest, 0.2 / span_s)
-        power = lombscargle(time_s, level, 2 * np.pi * frequencies, weights=told / told.sum(), floating_mean=True)
-        frequency = float(frequencies[int(power.argmax())])
-        if not power.any():
-            return []
-        phase = 2 * np.pi * frequency * time_s
-        waves = np.stack([np.ones(len(phase)), np.sin(phase), np.cos(phase)], axis=1)
-        weight = np.sqrt(told / told.max())
-        # A beat of every other frame is seen at one phase alone, and its other part could be anything: it is none then.
-        mean, sine, cosine = np.linalg.lstsq(waves * weight[:, None], level * weight, rcond=SEEN)[0]
-        swings = {"swing_sin": float(sine), "swing_cos": float(cosine)}
-        return [{"level": float(max(mean, np.hypot(sine, cosine) / 10)), "frequency": frequency} | swings]
+        walks = walk_starts({p.name: p for p in self.parameters}, time_s, level, told)
+        return walks + _beat(time_s, level, told)
+
+
+def _beat(time_s: np.ndarray, level: np.ndarray, told: np.ndarray) -> list[dict[str, float]]:
+    """The wave that explains most of levels (F,), weighted (F,); none where frames are too few.
+
+    Lomb 1976, Astrophys. Space Sci. 39, 447, with a mean of its own: of each frame's level as all its cells tell.
+    """
+    span_s = float(np.ptp(time_s))
+    if len(time_s) < FEWEST or not span_s > 0:
+        return []
+    highest = 0.5 / float(np.median(np.diff(time_s)))
+    frequencies = np.arange(0.5 / span_s, highest, 0.2 / span_s)
+    power = lombscargle(time_s, level, 2 * np.pi * frequencies, weights=told / told.sum(), floating_mean=True)
+    if not power.any():
+        return []
+    frequency = float(frequencies[int(power.argmax())])
+    phase = 2 * np.pi * frequency * time_s
+    waves = np.stack([np.ones(len(phase)), np.sin(phase), np.cos(phase)], axis=1)
+    weight = np.sqrt(told / told.max())
+    # A beat of every other frame is seen at one phase alone, and its other part could be anything: it is none then.
+    mean, sine, cosine = np.linalg.lstsq(waves * weight[:, None], level * weight, rcond=SEEN)[0]
+    swings = {"swing_sin": float(sine), "swing_cos": float(cosine)}
+    return [{"level": float(max(mean, np.hypot(sine, cosine) / 10)), "frequency": frequency} | swings]
 
 
 effect = AmbientPedestal()

@@ -61,7 +61,7 @@ def test_a_lamp_beats_with_the_frames(small):
     wanted = 5 * (1 + amount * np.cos(2 * np.pi * frequency * time_s - turned))
     np.testing.assert_allclose(more, np.broadcast_to(wanted[:, None, None], more.shape), atol=1e-9)
     rendering = Rendering(light, small.footprints, small.clock, 50.0)
-    (start,) = effect.starts(more, model.expected(50.0), rendering)
+    *_, start = effect.starts(more, model.expected(50.0), rendering)
     assert start["frequency"] == pytest.approx(frequency, abs=0.1 / time_s[-1])
     assert start["level"] == pytest.approx(5.0, rel=0.05)
     found = complex(start["swing_cos"], start["swing_sin"])
@@ -78,7 +78,7 @@ def test_a_beat_of_every_other_frame_is_of_the_size_that_is_seen(small, uneven):
     light = direct_light(walls, INTRINSICS, None, walls, time_s=time_s)
     expected = ForwardModel(light, small.footprints, small.clock, 3.0).expected(50.0)
     more = np.broadcast_to(5.0 + 2 * (-1.0) ** np.arange(frames)[:, None, None], expected.shape)
-    (start,) = effect.starts(more, expected, Rendering(light, small.footprints, small.clock, 50.0))
+    *_, start = effect.starts(more, expected, Rendering(light, small.footprints, small.clock, 50.0))
     assert start["level"] == pytest.approx(5.0, abs=0.5)
     assert np.hypot(start["swing_cos"], start["swing_sin"]) < 8
 
@@ -88,3 +88,24 @@ def test_the_same_light_may_be_brighter_than_it_was(small):
     model = ForwardModel(small.light, small.footprints, small.clock, recorded)
     more = model.expected(50.0, [effect.at(more=0.4)]) - model.expected(50.0)
     np.testing.assert_allclose(more, np.broadcast_to(0.4 * recorded[:, None], more.shape), atol=1e-9)
+
+
+def test_clouds_pass_and_lamps_are_switched(small):
+    """Each zone has its own share of a light that follows levels at even times, then is a third of what it was."""
+    frames, every, heights = 41, 0.5, [0.0, 0.8, -0.4, 0.3, 0.1, -0.2]
+    time_s = np.linspace(0, 5 * every, frames)
+    walls = np.ones((frames, 6, 10))
+    light = direct_light(walls, INTRINSICS, None, walls, time_s=time_s)
+    model = ForwardModel(light, small.footprints, small.clock, 3.0)
+    zones = np.array([1.0, 2.0, 3.0, 4.5])
+    walk = {f"level_{k}": height for k, height in enumerate(heights) if k} | {"every": every}
+    more = model.expected(50.0, [effect.at(level=zones, **walk)]) - model.expected(50.0)
+    np.testing.assert_allclose(more[::8, :, 0], np.exp(heights)[:, None] * zones, rtol=1e-9)
+    assert np.ptp(more, axis=-1).max() < 1e-9
+    off = model.expected(50.0, [effect.at(level=zones, jump=-np.log(3), jump_at=1.03)]) - model.expected(50.0)
+    part = np.where(time_s < 1.03, 1, 1 / 3)
+    np.testing.assert_allclose(off[..., 0], part[:, None] * zones, rtol=1e-9)
+    rendering = Rendering(light, small.footprints, small.clock, 50.0)
+    first, second, *_ = effect.starts(off, model.expected(50.0), rendering)
+    assert first["every"] == pytest.approx(every)
+    assert second["jump_at"] == pytest.approx(1.03, abs=0.04)

@@ -30,6 +30,8 @@ STRENGTHS = {
         {"more": 1.5},
         {"lit": 900},
         {"level": [900, 0, 3000, 50], "swing_sin": 300, "swing_cos": -150, "frequency": 3.3},
+        {"level": [900, 0, 300, 50], "level_1": 0.9, "level_2": -0.5, "between_2": 0.4, "level_5": 0.6, "every": 0.05},
+        {"level": 500, "jump": -1.2, "jump_at": 0.05},
     ],
     "bin_nonlinearity": [
         {"alternation": 0.25, "slope": 0},
