@@ -8,7 +8,7 @@ from scipy.constants import speed_of_light
 from physics.arrivals import Arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.intervals import best_interval
-from physics.open_air import layers, open_air, ranges_of, way_in
+from physics.open_air import layers, open_air, ranges_of, through, way_in
 from physics.rendering import Rendering
 from physics.walk import SHORTEST_S, curve
 
@@ -120,11 +120,11 @@ class ScatteringMedium(Effect):
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Extinction of what is there, and the backscatter of each zone's open air."""
-        surfaces, ranges = rendering.arrivals, ranges_of(rendering)
-        alpha = _extinction(values, rendering.light.time_s)[..., None]
-        passed = np.exp(-2 * alpha * way_in(values, ranges))
-        sent = values["albedo"] * alpha / 4 * layers(values, rendering, ranges)
-        return replace(surfaces, light=passed * (surfaces.light + sent * open_air(rendering, ranges)))
+        surfaces, ranges = rendering.arrivals, ranges_of(rendering.clock)
+        alpha, way = _extinction(values, rendering.light.time_s), way_in(values, ranges)
+        back = values["albedo"] / 4 * layers(values, rendering.clock, ranges)
+        air = open_air(rendering.light, rendering.footprints, rendering.clock)
+        return replace(surfaces, light=through(surfaces.light, air, alpha, way, back))
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A layer that ends at the sensor's own glass is that glass; nor does air differ much from zone to zone."""
@@ -137,9 +137,9 @@ class ScatteringMedium(Effect):
         clock, session_s = rendering.clock, float(np.ptp(rendering.light.time_s))
         swathes = [{name: self.parameter(name).start for name in HAZE} | {"every": session_s / (len(HAZE) - 1)}]
         swathes = swathes if swathes[0]["every"] > SHORTEST_S else []
-        ranges = ranges_of(rendering)
+        ranges = ranges_of(clock)
         everywhere = {p.name: p.start for p in self.parameters}
-        air = layers(everywhere, rendering, ranges) * open_air(rendering, ranges)
+        air = layers(everywhere, clock, ranges) * open_air(rendering.light, rendering.footprints, clock)
         back = rendering.gain * Arrivals(air, clock.lattice, clock.bins).binned()
         light, noise = np.maximum(expected - rendering.background, 0), 1 / np.maximum(expected, 1)
         first, last, evidence = best_interval(

@@ -36,9 +36,9 @@ def test_the_way_in_a_soft_layer(form):
 @pytest.mark.parametrize("form", FORMS)
 def test_what_lies_around_a_knot(small, form):
     rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
-    values, ranges = EFFECT.at(extinction=1.0, overlap=0.1, blind=0.03, **form).values, ranges_of(rendering)
+    values, ranges = EFFECT.at(extinction=1.0, overlap=0.1, blind=0.03, **form).values, ranges_of(rendering.clock)
     half = np.diff(ranges[0, 0])[0] / 2
-    found = layers(values, rendering, ranges)[0, 0]
+    found = layers(values, rendering.clock, ranges)[0, 0]
     for k in (45, 60, 90, 150):
         low, high = (max(ranges[0, 0, k] + side, 0.03) for side in (-half, half))
         summed = quad(lambda r: medium(form, r) / (r**2 + 0.1**2), low, high)[0] if high > low else 0.0
