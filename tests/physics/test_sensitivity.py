@@ -22,17 +22,14 @@ def test_at_and_between_the_bounds(here):
 
 
 def test_one_for_every_parameter_and_zone():
-    settings = (find_effect("ambient_pedestal").at(level=[1.0, 2.0]), find_effect("counter_saturation").at())
+    pedestal = find_effect("ambient_pedestal")
+    settings = (pedestal.at(level=[1.0, 2.0]), find_effect("counter_saturation").at())
+    alone = [p.name for p in pedestal.parameters if p.name != "level"]
 
     slopes = [
         ("ambient_pedestal", "level", 0, 5.0),
         ("ambient_pedestal", "level", 1, 7.0),
-        ("ambient_pedestal", "growth", None, 11.0),
-        ("ambient_pedestal", "more", None, 13.0),
-        ("ambient_pedestal", "lit", None, 29.0),
-        ("ambient_pedestal", "swing_sin", None, 17.0),
-        ("ambient_pedestal", "swing_cos", None, 19.0),
-        ("ambient_pedestal", "frequency", None, 23.0),
+        *(("ambient_pedestal", name, None, 11.0 + k) for k, name in enumerate(alone)),
         ("counter_saturation", "lost", None, 3.0),
         ("counter_saturation", "ceiling", None, 2.0),
     ]
