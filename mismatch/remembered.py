@@ -66,8 +66,9 @@ class Remembered:
         """A change that is made now, and kept where there is room."""
         change = made()
         with self._lock:
-            if self._numbers + change.size <= MOST_NUMBERS:
-                self._numbers += change.size
+            more = change.size - (self.changes[key].size if key in self.changes else 0)
+            if self._numbers + more <= MOST_NUMBERS:
+                self._numbers += more
                 self.changes[key] = change.astype(np.float32)
         return change
 

@@ -8,7 +8,7 @@ from physics.effect import Values
 def height_by_now(values: Values, time_s: float) -> float:
     """Height of a curve through the levels that is straight at both ends, and of a jump that is over or to come."""
     height = {0.0: 0.0}
-    levels = 6 if "level_6" in values else 5
+    levels = sum(name.startswith("level_") for name in values)
     for k in range(1, levels + 1):
         height[float(k)] = values[f"level_{k}"]
         height[k - 0.5] = values[f"between_{k}"] + (height[k - 1.0] + height[float(k)]) / 2

@@ -66,3 +66,12 @@ def test_the_same_frames_are_the_same_part_as_long_as_few_others_are_asked_for(d
         memory.part(simulation, np.array([i]))
     assert memory.part(simulation, some) is not part
     assert len(memory.parts) == PARTS
+
+
+def test_what_is_made_anew_takes_no_more_room():
+    memory, quarter = Remembered(), np.zeros(MOST_NUMBERS // 4, np.float32)
+    for _ in range(8):
+        memory.keep("one", lambda: quarter)
+    for name in ("two", "three", "four", "five"):
+        memory.keep(name, lambda: quarter)
+    assert set(memory.changes) == {"one", "two", "three", "four"}

@@ -7,7 +7,7 @@ import pytest
 
 from physics.arrivals import arrivals
 from physics.effects.reflectance_map import effect as reflectance_map
-from physics.kept import KEPT, kept_with_light, kept_with_scene, same_knots
+from physics.kept import KEPT, kept_by_frame, kept_with_light, kept_with_scene, same_knots
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 
@@ -106,3 +106,28 @@ def test_a_model_that_comes_back_to_where_it_was_gives_what_a_fresh_one_does(sma
         fresh = ForwardModel(small.light, small.footprints, small.clock)
         got, expected = model.expected(2.0, effects), fresh.expected(2.0, effects)
         np.testing.assert_allclose(got, expected, atol=1e-9 * expected.max())
+
+
+def test_parts_of_a_session_find_frames_that_others_made_but_not_of_another_scene(small):
+    made = []
+
+    @kept_by_frame
+    def add_up(light, frame, footprints, clock, twice):
+        made.append(frame)
+        return (1 + twice) * arrivals(light, footprints, clock).light[frame]
+
+    def asked(light, frame, twice=False):
+        before = len(made)
+        found = add_up(light, frame, small.footprints, small.clock, twice)
+        wanted = (1 + twice) * arrivals(light, small.footprints, small.clock).light[frame]
+        np.testing.assert_array_equal(found, wanted)
+        return len(made) - before
+
+    last, two = small.light.of(np.array([2])), small.light.of(np.array([0, 2]))
+    assert asked(last, 0) == 1
+    assert asked(two, 1) == asked(small.light, 2) == 0
+    assert asked(two, 0) == 1
+    assert asked(two, 1, twice=True) == 1
+    nearer = replace(two, range_m=two.range_m * np.float32(0.9))
+    assert asked(nearer, 1) == 1
+    assert asked(two, 1) == 1
