@@ -21,8 +21,8 @@ from physics.effects import all_effects
 MINOR, MINOR_PART = 60.0, 0.08
 # One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
 MINOR_AS_EXPECTED = 35.0
-# From so much on it can be told whether it gains what it should, and a quarter of that part is enough; from so much on
-# it can be told to a tenth, and an eighth is.
+# The more it gains the better it can be told whether that is what it should: from so much on a quarter of that part is
+# enough, less than that the less a minor one gains. From so much on it can be told to a tenth, and an eighth is.
 TOLD, WELL_TOLD = 100.0, 500.0
 # Standard deviations by which a true cause may gain less than it should: one of six does by the first, one of 160
 # by the other.
@@ -99,7 +99,8 @@ class Candidate:
         if far and self.expected_gain < SURPRISING * self.observed:
             return True
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
-        part = MINOR_PART / 4 if short < FAR and self.observed > TOLD else MINOR_PART
+        told = np.log(max(self.observed, MINOR) / MINOR) / np.log(TOLD / MINOR) if short < FAR else 0.0
+        part = MINOR_PART / 4 ** min(told, 1.0)
         part = MINOR_PART / 8 if short < NEAR and self.observed > WELL_TOLD else part
         return self.observed < (least if self.elsewhere > ELSEWHERE else max(least, part * won))
 
@@ -165,9 +166,9 @@ def candidates_of(train: Simulation, test: Simulation, before: Fit, chosen: list
 
 
 def least_cost(train: Simulation, forms: tuple[Form, ...]) -> float:
-    """Deviance that forms must gain at least: of numbers that are drawn, what they fit of noise and predict of it."""
+    """Deviance that forms must gain at least: of numbers that are drawn, what they fit of noise."""
     many = len(drawn(forms))
-    return price(train) * (1 + sum(len(form.coordinates) for form in forms) - many) + 2.0 * many
+    return price(train) * (1 + sum(len(form.coordinates) for form in forms) - many) + many
 
 
 def candidate(train: Simulation, test: Simulation, before: Fit, found: Score, fitted: Fit) -> Candidate:

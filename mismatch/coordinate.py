@@ -23,13 +23,13 @@ def to_coordinate(parameter: Parameter, value: float) -> float:
     return float(part**parameter.power) if parameter.power != 1 else part
 
 
-def to_value(parameter: Parameter, x: float) -> float:
-    """The value at a coordinate, within bounds."""
+def to_value(parameter: Parameter, x: float | np.ndarray) -> float | np.ndarray:
+    """The value at a coordinate, within bounds; or each at its own."""
     if logarithmic(parameter):
         value = parameter.start * np.exp(x)
     else:
-        value = parameter.size * (max(x, 0.0) ** (1 / parameter.power) if parameter.power != 1 else x)
-    return float(np.clip(value, parameter.low, parameter.high))
+        value = parameter.size * (np.maximum(x, 0.0) ** (1 / parameter.power) if parameter.power != 1 else x)
+    return np.clip(value, parameter.low, parameter.high)
 
 
 def slope_of(parameter: Parameter, x: float) -> float:

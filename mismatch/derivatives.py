@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from mismatch.columns import OF_ZONES, Rows, rows_of, spread
 from mismatch.coordinate import bounds
 from mismatch.form import Form, settings_at
 from mismatch.remembered import Slopes
@@ -19,27 +20,34 @@ def expected_at(simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray) 
 
 def derivatives(
     simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, here: np.ndarray, known: Slopes | None = None
-) -> tuple[np.ndarray, Slopes | None]:
+) -> tuple[Rows, Slopes | None]:
     """(F·P·T, N) change of expected counts `here` with each coordinate, and slopes of patches if there are any.
 
     known: such slopes, which are taken where they are near. Where each zone or bin has its own value, all are moved at
     once: each moves its own counts only. An edge moves the bin before it and the one after: even and odd edges are
-    moved one after the other, patches each by itself.
+    moved one after the other, patches each by itself. Sparse where every bin of every zone has its own.
     """
+    turns = list(_turns(forms, x))
     # Coordinate by coordinate in memory: each is written, and multiplied with others, as a whole.
-    out = np.zeros((len(x), *here.shape))
+    written = np.sort(np.concatenate([which for axis, which, *_ in turns if axis not in OF_ZONES]))
+    row = np.zeros(len(x), int)
+    row[written] = np.arange(len(written))
+    out = np.zeros((len(written), *here.shape))
+    of_zones: list[Rows] = []
 
     def change(turn: tuple[str | None, np.ndarray, np.ndarray, np.ndarray]) -> None:
         axis, which, places, steps = turn
         moved = x.copy()
         moved[which] += steps
         changed = expected_at(simulation, forms, moved) - here
+        if axis in OF_ZONES:
+            of_zones.append(spread(rows_of(axis, changed, changed)[places], which, len(x), 1 / steps))
+            return
         for coordinate, place, step in zip(which, places, steps, strict=True):
             cells = _moved_cells(axis, place)
-            out[(coordinate, *cells)] = changed[cells] / step
+            out[(row[coordinate], *cells)] = changed[cells] / step
 
-    turns = list(_turns(forms, x))
-    patches = [int(which[0]) for axis, which, *_ in turns if axis == "patch"]
+    patches = [row[int(which[0])] for axis, which, *_ in turns if axis == "patch"]
     if patches and known is not None and known.near(here):
         turns = [turn for turn in turns if turn[0] != "patch"]
         out[patches] = known.at(here)
@@ -48,7 +56,10 @@ def derivatives(
     simulation.each(change, turns)
     if patches and known is None:
         known = Slopes(here, out[patches].astype(np.float32))
-    return out.reshape(len(x), -1).T, known
+    rows = out.reshape(len(written), -1)
+    if of_zones:
+        rows = sum(of_zones, start=spread(rows, written, len(x)))
+    return rows.T, known
 
 
 def _turns(forms: tuple[Form, ...], x: np.ndarray) -> Iterator[tuple[str | None, np.ndarray, np.ndarray, np.ndarray]]:
@@ -62,7 +73,7 @@ def _turns(forms: tuple[Form, ...], x: np.ndarray) -> Iterator[tuple[str | None,
             count = 1 if place is None else form.sizes[parameter.name]
             axis = None if place is None else parameter.axis
             _, high = bounds(parameter)
-            turns = {"edge": 2, "patch": count}.get(axis, 1)
+            turns = {"edge": 2, "zone edge": 2, "patch": count}.get(axis, 1)
             for turn in range(turns):
                 places = np.arange(turn, count, turns)
                 which = at + places

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from mismatch.columns import Rows, of_frames
 from mismatch.derivatives import derivatives, expected_at
 from mismatch.descent import MOST_STEPS, Descent
 from mismatch.errors import NEAR, covariance
@@ -51,7 +52,7 @@ class Fit:
         return settings_at(self.forms, self.x)
 
     @property
-    def columns(self) -> np.ndarray:
+    def columns(self) -> Rows:
         """(F·P·T, N) derivatives of expected counts by x; made when they are asked for, as they take renderings."""
         return self._derivatives[0]
 
@@ -61,7 +62,7 @@ class Fit:
         return self._derivatives[1]
 
     @cached_property
-    def _derivatives(self) -> tuple[np.ndarray, Slopes | None]:
+    def _derivatives(self) -> tuple[Rows, Slopes | None]:
         """See `derivatives`."""
         return derivatives(self.simulation, self.forms, self.x, self.expected)
 
@@ -71,8 +72,7 @@ class Fit:
         expected, nuisances = self.expected[chosen], Nuisances(part, self.frame_gain_sigma)
         deviance = deviance_at(nuisances, self.forms, self.x, expected)
         found = replace(self, simulation=part, expected=expected, deviance=deviance)
-        columns = self.columns.T.reshape(-1, *self.expected.shape)[:, chosen].reshape(len(self.x), -1).T
-        vars(found)["_derivatives"] = columns, None
+        vars(found)["_derivatives"] = of_frames(self.columns.T, len(self.expected), chosen).T, None
         return found
 
     @cached_property

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from mismatch.coordinate import to_coordinate, to_value
+from physics.axes import sizes_along
 from physics.effect import Effect, Parameter, Setting
 from physics.effects import all_effects
-from physics.patchwork import PATCHES
 
 # Of what each has a number of its own wherever it is in a form: of these there are many.
-DRAWN = ("bin", "edge", "patch")
+DRAWN = ("bin", "edge", "zone bin", "zone edge", "patch")
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,8 @@ class Form:
     """One way in which an effect may be there.
 
     effect. free: names of fitted parameters. own: those of which each zone (or bin) has its own. start: values of all
-    parameters where a fit begins, numbers, or arrays of those in `own` or given. sizes: how many each of `own` has.
+    parameters where a fit begins, numbers, or arrays of those in `own` or given. sizes: how many each of `own` has, and
+    how many "bin"s there are.
     given: names of parameters that say what the effect is like, which the data gave and no fit varies.
     """
 
@@ -67,7 +68,7 @@ class Form:
         values, at = dict(self.start), 0
         for name in self.free:
             count = self.sizes[name] if name in self.own else 1
-            real = np.array([to_value(self.effect.parameter(name), v) for v in x[at : at + count]])
+            real = to_value(self.effect.parameter(name), x[at : at + count])
             values[name] = real if name in self.own else float(real[0])
             at += count
         return self.effect.at(**values)
@@ -140,15 +141,15 @@ def settings_at(forms: tuple[Form, ...], x: np.ndarray) -> tuple[Setting, ...]:
 def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
     """Every form in which an effect is tried, at each of the values where a fit may begin.
 
-    sizes: how many "zone"s and "bin"s there are; there are as many edges, one before each bin, and patches as always.
+    sizes: how many "zone"s and "bin"s there are.
     """
-    sizes = sizes | {"edge": sizes["bin"], "patch": PATCHES}
+    sizes = sizes_along(sizes["zone"], sizes["bin"])
     for names in effect.forms or (tuple(p.name for p in effect.parameters),):
         chosen = [effect.parameter(name) for name in names]
         gone = {p.name: p.vanishes_at for p in effect.parameters if p.vanishes_at is not None}
         rest = {p.name: p.start for p in effect.parameters} | gone
         divided = tuple(p.name for p in chosen if p.axis and p.vanishes_at is not None)
-        many = {p.name: sizes[p.axis] for p in chosen if p.axis}
+        many = {"bin": sizes["bin"]} | {p.name: sizes[p.axis] for p in chosen if p.axis}
         always = tuple(p.name for p in chosen if p.axis in DRAWN)
         for values in product(*(p.tries or (p.start,) for p in chosen)):
             start = rest | dict(zip(names, values, strict=True))

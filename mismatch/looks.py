@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mismatch.columns import Rows
 from mismatch.coordinate import slope_of
 from mismatch.form import Form, settings_at
 from mismatch.noise import Nuisances
@@ -39,7 +40,7 @@ def equations(
     forms: tuple[Form, ...],
     x: np.ndarray,
     expected: np.ndarray,
-    columns: np.ndarray,
+    columns: Rows,
     *,
     nearly: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:

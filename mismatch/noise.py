@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mismatch.columns import Rows, by_frame, product, scaled
 from mismatch.poisson import LEAST, deviance
 from mismatch.settled import Settled, changed
 from mismatch.simulation import Simulation
@@ -112,7 +113,7 @@ class Nuisances:
         return float(found - mixed[0] @ np.linalg.solve(inner, mixed[1]))
 
     def normal_equations(
-        self, expected: np.ndarray, columns: np.ndarray, *, nearly: bool = False
+        self, expected: np.ndarray, columns: Rows, *, nearly: bool = False
     ) -> tuple[np.ndarray, np.ndarray]:
         """(N,) score and (N, N) information of coordinates, the clock and the frames' gains projected out.
 
@@ -120,7 +121,7 @@ class Nuisances:
         elsewhere, enough for a step: where the clock is at its best the score is the same.
         """
         now = self.settled(expected)
-        rows = columns.T if self.simulation.loose is None else columns.T * now.by_expected.ravel()
+        rows = columns.T if self.simulation.loose is None else scaled(columns.T, now.by_expected.ravel())
         score, information = self._score(now.mean, rows), self._information(now.mean, now.mean, rows)
         if self.simulation.loose is None:
             return score, information
@@ -140,31 +141,26 @@ class Nuisances:
         loose = self.clock_rows(now)
         return np.linalg.inv(self._information(now.mean, now.mean, loose) + np.eye(len(loose)))
 
-    def _score(self, expected: np.ndarray, rows: np.ndarray, slope: np.ndarray | float = 1.0) -> np.ndarray:
+    def _score(self, expected: np.ndarray, rows: Rows, slope: np.ndarray | float = 1.0) -> np.ndarray:
         """(N,) of changes (N, F·P·T) times a slope of each cell, the frames' gains projected out."""
         mean = np.maximum(expected, LEAST)
         score = rows @ (slope * (self.simulation.counts / mean - 1)).ravel().astype(rows.dtype)
         if not self.sigma:
             return score
         signal, own, information = self._pieces(expected)
-        return score - _by_frame(slope * signal / mean, rows) @ (own / information)
+        return score - by_frame(rows, slope * signal / mean) @ (own / information)
 
     def _information(
-        self, expected: np.ndarray, mean: np.ndarray, rows: np.ndarray, others: np.ndarray | None = None
+        self, expected: np.ndarray, mean: np.ndarray, rows: Rows, others: Rows | None = None
     ) -> np.ndarray:
         """(N, M) of changes (N, F·P·T) and (M, F·P·T), by photons that scatter about `mean`, and the frames' gains."""
         mean, others = np.maximum(mean, LEAST), rows if others is None else others
-        information = (rows * (1 / mean).ravel().astype(rows.dtype)).astype(others.dtype, copy=False) @ others.T
+        weighted = scaled(rows, (1 / mean).ravel().astype(rows.dtype)).astype(others.dtype, copy=False)
+        information = product(weighted, others)
         if self.sigma:
             signal = np.maximum(expected - self.simulation.dark, 0)
             each = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
-            mixed = _by_frame(signal / mean, rows)
-            theirs = mixed if others is rows else _by_frame(signal / mean, others)
+            mixed = by_frame(rows, signal / mean)
+            theirs = mixed if others is rows else by_frame(others, signal / mean)
             information = information - (mixed / each) @ theirs.T
         return information
-
-
-def _by_frame(weighted: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(N, F) products of changes with weighted signal (F, P, T), frame by frame."""
-    flat = weighted.reshape(len(weighted), -1)
-    return np.einsum("fc,nfc->nf", flat, rows.reshape(-1, *flat.shape))

@@ -12,7 +12,7 @@ normal about its best, of information I and precision Λ of the distribution, al
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
+from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.optimize import minimize_scalar
 
 from mismatch.coordinate import to_coordinate
@@ -20,7 +20,7 @@ from mismatch.form import DRAWN, Form
 
 # Numbers of these may walk; of many of those a recording may tell nothing, so that a fit holds them until it is known
 # how they are drawn, by a normal distribution of so many starts.
-EDGE, PATCH = "edge", "patch"
+EDGES, PATCH = ("edge", "zone edge"), "patch"
 HELD = 5.0
 # The width lies between these parts of what would be seen, and of what could be.
 LEAST, MOST = 1e-3, 1e3
@@ -80,7 +80,7 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
     pull = np.zeros(len(x))
     pull[which] = precision @ away - rises
     prior = Pattern(which, float(np.sqrt(square)), precision, 0.0, 0.0).prior(len(x))
-    there = x - np.linalg.pinv(information + prior, hermitian=True) @ pull
+    there = x - _solved(information + prior, pull, which, rest)
     told, _ = _seen(shape, alone, score)
     wider, left = 1 + square * told, there[which] - nothing
     price = float(np.log(wider).sum() + left @ precision @ left)
@@ -89,16 +89,36 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
 
 def _shapes(forms: tuple[Form, ...]) -> list[np.ndarray]:
     """(K, K) covariances, up to a factor, by which numbers may be drawn."""
-    counts = {name: (f.effect.parameter(name).axis, f.sizes[name]) for f in forms for name in f.own}
-    many = [(axis, count) for axis, count in counts.values() if axis in DRAWN]
-    each = block_diag(*(np.eye(count) for _, count in many))
-    if all(axis != EDGE for axis, _ in many):
+    many = [
+        (axis, f.sizes[name], f.sizes["bin"])
+        for f in forms
+        for name in f.own
+        if (axis := f.effect.parameter(name).axis) in DRAWN
+    ]
+    each = block_diag(*(np.eye(count) for _, count, _ in many))
+    if all(axis not in EDGES for axis, *_ in many):
         return [each]
-    # Of edge e, e widths have been drawn, and one for where the first is.
-    walks = (1.0 + np.minimum.outer(np.arange(count), np.arange(count)) for _, count in many)
-    alone = (np.eye(count) for _, count in many)
-    axes = (axis for axis, _ in many)
-    return [each, block_diag(*(w if axis == EDGE else one for axis, w, one in zip(axes, walks, alone, strict=True)))]
+    return [
+        each,
+        block_diag(*(_walks(bins, count // bins) if a in EDGES else np.eye(count) for a, count, bins in many)),
+    ]
+
+
+def _walks(bins: int, zones: int) -> np.ndarray:
+    """Covariance of edges of some zones where widths are drawn: of edge e, e widths, and one for the first."""
+    return np.kron(np.eye(zones), 1.0 + np.minimum.outer(np.arange(bins), np.arange(bins)))
+
+
+def _solved(information: np.ndarray, pull: np.ndarray, which: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """(N,) solution where `which` are held by a distribution of theirs, and of the `rest` not all need be told."""
+    inner = cho_factor(information[np.ix_(which, which)])
+    mixed = information[np.ix_(which, rest)]
+    by_rest = cho_solve(inner, mixed)
+    left = np.linalg.pinv(information[np.ix_(rest, rest)] - mixed.T @ by_rest, hermitian=True)
+    out = np.zeros(len(pull))
+    out[rest] = left @ (pull[rest] - by_rest.T @ pull[which])
+    out[which] = cho_solve(inner, pull[which]) - by_rest @ out[rest]
+    return out
 
 
 def _seen(shape: np.ndarray, information: np.ndarray, score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from mismatch.columns import rows_of, scaled, together
+from mismatch.directions import Directions, Frames
 from mismatch.fit import Fit
 from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
-
-TINY = 1e-12
 
 
 class Projection:
@@ -21,45 +21,28 @@ class Projection:
         self.shape = fitted.expected.shape
         self.fitted, self.simulation = fitted, simulation
         nuisances = Nuisances(simulation, fitted.frame_gain_sigma)
-        self.root = 1 / np.sqrt(np.maximum(nuisances.applied(fitted.expected), LEAST)).ravel()
-        self.signal = None
+        applied = nuisances.applied(fitted.expected)
+        self.root = 1 / np.sqrt(np.maximum(applied, LEAST)).ravel()
+        self.frames = None
         if nuisances.sigma:
             signal = np.maximum(fitted.expected - simulation.dark, 0)
-            white = signal * self.root.reshape(self.shape)
-            self.signal = white, np.sqrt((white**2).sum(axis=(1, 2)) + 1 / nuisances.sigma**2)
-        own = np.concatenate([fitted.columns.T, nuisances.clock_rows(nuisances.settled(fitted.expected))]).T
-        own = self.frames_out(own * self.root[:, None])
-        scale = np.sqrt((own**2).sum(axis=0))
-        own = own[:, scale > TINY] / scale[scale > TINY]
-        u, s, _ = np.linalg.svd(own, full_matrices=False)
-        self.own = u[:, s > 1e-6 * s.max(initial=0)]
+            self.frames = Frames(signal * self.root.reshape(self.shape), nuisances.sigma)
+        own = together(fitted.columns.T, nuisances.clock_rows(nuisances.settled(fitted.expected)))
+        self.own = Directions(scaled(own, self.root), self.frames)
         # Not less what the frames' gains take up: they are taken out here, and would be twice.
-        self.residual = self.out(self.frames_out((simulation.counts - fitted.expected).ravel() * self.root))
-        applied = nuisances.applied(fitted.expected)
-        self.left = self.out(self.frames_out((simulation.counts - applied).ravel() * self.root))
+        self.residual = self.whitened((simulation.counts - fitted.expected).ravel())
+        self.left = self.whitened((simulation.counts - applied).ravel())
 
     def frames_out(self, white: np.ndarray) -> np.ndarray:
         """Whitened (F·P·T, ...) less what the frames' gains could make."""
-        if self.signal is None:
-            return white
-        signal, norm = self.signal
-        flat = white.reshape(self.shape[0], -1, *white.shape[1:])
-        part = np.einsum("fc,fc...->f...", signal.reshape(self.shape[0], -1), flat)
-        # Shrunk by the prior: 1 - sqrt(1/σ²/information) of it is taken, so that squares come out as information.
-        inner = (signal**2).sum(axis=(1, 2))
-        taken = (1 - np.sqrt(np.maximum(1 - inner / norm**2, 0))) / np.maximum(inner, TINY)
-        back = (
-            signal.reshape(self.shape[0], -1)[(..., *(None,) * (white.ndim - 1))]
-            * (part * taken[(..., *(None,) * (white.ndim - 1))])[:, None]
-        )
-        return (flat - back).reshape(white.shape)
+        return white if self.frames is None else self.frames.out(white)
 
-    def out(self, white: np.ndarray) -> np.ndarray:
-        """Less what the fit's own parameters could make."""
-        return white - self.own @ (self.own.T @ white)
+    def whitened(self, change: np.ndarray) -> np.ndarray:
+        """A change of expected counts (F·P·T, ...), whitened and projected."""
+        return self.own.out(self.frames_out(change * self.root[(..., *(None,) * (change.ndim - 1))]))
 
     def divided(self, change: np.ndarray, axis: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Changes of which each "zone", "bin" or "edge" has its own multiple, M of them.
+        """Changes of which each zone, bin or edge, or those of each zone, has its own multiple, M of them.
 
         change: (1, F, P, T), or (2, F, P, T) what moves with the edge before each bin and with the edge after it.
         (M, M) information and (M,) score of the multiples, projected; and (M,) information before that. No array of
@@ -68,30 +51,30 @@ class Projection:
         white = change * self.root.reshape(self.shape)
         before = _summed(axis, *(white**2)).sum(axis=0)
         information = np.diag(before)
-        if axis == "edge":
+        if len(white) == 2:
             # Bin t goes with the edge before it, t, and that after it, t + 1.
-            shared = (white[0] * white[1]).sum(axis=(0, 1))[:-1]
+            shared = (white[0] * white[1])[..., :-1].sum(axis=0)
+            shared = shared.sum(axis=0) if axis == "edge" else np.pad(shared, ((0, 0), (0, 1))).ravel()[:-1]
             information += np.diag(shared, 1) + np.diag(shared, -1)
-        if self.signal is not None:
-            signal, norm = self.signal
+        if self.frames is not None:
             # By frame and zone, bin or edge: what of the column a frame's gain can make.
-            mixed = _summed(axis, *(white * signal)) / norm[:, None]
+            mixed = _summed(axis, *(white * self.frames.signal)) / self.frames.norm[:, None]
             information = information - mixed.T @ mixed
         # Taking frames out is symmetric: it is done to the few that columns are multiplied with.
-        own = np.moveaxis(self.frames_out(self.own).reshape(*self.shape, -1), -1, 0)
+        if self.own.written is None:
+            taken = self.own.taken(rows_of(axis, *white)).T
+        else:
+            own = self.own.written.T.reshape(-1, *self.shape)
+            taken = np.array([_summed(axis, *(white * one)).sum(axis=0) for one in own]).reshape(-1, len(before))
         residual = self.frames_out(self.residual).reshape(self.shape)
-        taken = np.array([_summed(axis, *(white * one)).sum(axis=0) for one in own]).reshape(-1, len(before))
         promised = _summed(axis, *(white * residual)).sum(axis=0)
         return information - taken.T @ taken, promised, before
-
-    def whitened(self, change: np.ndarray) -> np.ndarray:
-        """A change of expected counts (F·P·T, ...), whitened and projected."""
-        return self.out(self.frames_out(change * self.root[(..., *(None,) * (change.ndim - 1))]))
 
 
 def _summed(axis: str, change: np.ndarray, after: np.ndarray | None = None) -> np.ndarray:
     """(F, M) sums of cells (F, P, T) that go with each zone, bin or edge. after: what goes with the edge after."""
-    found = change.sum(axis=2 if axis == "zone" else 1)
+    found = change if axis.startswith("zone ") else change.sum(axis=2 if axis == "zone" else 1)
     if after is not None:
-        found[:, 1:] += after.sum(axis=1)[:, :-1]
-    return found
+        found = found.copy()
+        found[..., 1:] += (after if axis.startswith("zone ") else after.sum(axis=1))[..., :-1]
+    return found.reshape(len(found), -1)

@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.stats import gamma, poisson
 
 from mismatch.covariates import covariates
+from mismatch.directions import Directions
 from mismatch.fit import Fit
 from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
@@ -102,13 +104,13 @@ def tables(simulation: Simulation, fitted: Fit) -> list[Table]:
     """Every division's residuals beside a fit of the same frames."""
     projection = Projection(simulation, fitted)
     mean = np.maximum(Nuisances(simulation, fitted.frame_gain_sigma).applied(fitted.expected), LEAST)
-    residual, made = projection.left / projection.root, projection.own / projection.root[:, None]
-    return [table(division, residual, mean.ravel(), made) for division in divisions(simulation, fitted.expected)]
+    residual = projection.left / projection.root
+    every = divisions(simulation, fitted.expected)
+    return [table(division, residual, mean.ravel(), projection.own, projection.root) for division in every]
 
 
-def table(division: Division, residual: np.ndarray, mean: np.ndarray, made: np.ndarray) -> Table:
-    """One division's; residual, mean: (F·P·T,) counts. made: (F·P·T, K) counts that a fit can make, orthonormal where
-    whitened.
+def table(division: Division, residual: np.ndarray, mean: np.ndarray, own: Directions, root: np.ndarray) -> Table:
+    """One division's; residual, mean: (F·P·T,) counts. own: what a fit can make of them, whitened by `root`.
 
     What is fitted takes off of the sums' chi-square only what it can make of them: the sums' covariance is 1 - A·Aᵀ
     with A (G, K) what it makes of them, whitened.
@@ -117,8 +119,8 @@ def table(division: Division, residual: np.ndarray, mean: np.ndarray, made: np.n
     excess, variance = np.bincount(group, residual), np.bincount(group, mean)
     enough = variance >= ENOUGH
     each = excess[enough] ** 2 / variance[enough]
-    taken = np.array([np.bincount(group, one)[enough] for one in made.T]).reshape(made.shape[1], int(enough.sum())).T
-    taken = taken / np.sqrt(variance[enough])[:, None]
+    sums = csr_array((1 / root, (group, np.arange(group.size))))[np.flatnonzero(enough)]
+    taken = own.products(sums) / np.sqrt(variance[enough])[:, None]
     square = taken.T @ taken
     chi2, degrees = float(each.sum()), max(float(enough.sum() - np.trace(square)), 1.0)
     spread = 2 * max(enough.sum() - 2 * np.trace(square) + (square**2).sum(), 1.0) + (1 / variance[enough]).sum()

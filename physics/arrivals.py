@@ -37,12 +37,16 @@ class Arrivals:
         return out
 
     def until(self, times: np.ndarray) -> np.ndarray:
-        """(F, P, N) light registered until each of N times, in bins from the start of bin 0; linear within a step."""
-        lattice = self.lattice
+        """(F, P, N) light registered until each of N times, or of (P, N) where each zone has its own; linear in a step.
+
+        times: in bins from the start of bin 0.
+        """
+        lattice, zones = self.lattice, self.light.shape[1]
         # Light of knot 0 is over `lead` steps after the start of bin 0, and sets in the length of the pulse before.
         over = np.asarray(times, float) * lattice.per_bin + len(lattice.cumulative) - 1 - lattice.lead
+        over = np.ascontiguousarray(np.broadcast_to(over, (zones, over.shape[-1])))
         light, backward = np.ascontiguousarray(self.light), np.ascontiguousarray(lattice.cumulative[::-1])
-        out = np.empty((*light.shape[:2], len(over)))
+        out = np.empty((*light.shape[:2], over.shape[1]))
         in_slices(lambda some: until_knots(light[some], backward, over, out[some]), len(light))
         return out
 

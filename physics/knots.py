@@ -118,7 +118,7 @@ def stretch_knots(light, factor, about, out):
 
 @njit(nogil=True, cache=True, fastmath={"reassoc", "contract"})
 def until_knots(light, backward, over, out):
-    """Fill (F, P, N) with light of (F, P, J) knots that is registered `over` steps (N,) after knot 0 sets in.
+    """Fill (F, P, N) with light of (F, P, J) knots that is registered `over` steps (P, N) after knot 0 sets in.
 
     backward: cumulative of the response from its last step to its first; linear within a step.
     """
@@ -131,9 +131,9 @@ def until_knots(light, backward, over, out):
             summed = np.zeros(end - begin + 1)
             for j in range(begin, end):
                 summed[j - begin + 1] = summed[j - begin] + row[j]
-            for n in range(over.size):
-                step = np.int64(np.floor(over[n]))
-                part = over[n] - step
+            for n in range(over.shape[1]):
+                step = np.int64(np.floor(over[p, n]))
+                part = over[p, n] - step
                 # Of knots before `whole` all is registered, of those from `step` on nothing.
                 whole = min(max(step - last + 1, begin), end)
                 since, now, later = last - step + whole, 0.0, 0.0

@@ -15,7 +15,8 @@ class Parameter:
     unit: as in sensor files; "1" where it has none. low, high: bounds, both admitted; `start` within them is where a
     fit begins and what is taken where nothing is said. vanishes_at: the value at which the effect is not there; None
     for parameters that say what it is like. axis: "zone", "bin", "edge" (that before
-    each bin) or "patch" (`patchwork`) where each of these may have its own, else None.
+    each bin), "zone bin", "zone edge" (those of each zone, zone by zone) or "patch" (`patchwork`) where each of these
+    may have its own, else None.
     placed: whether it says where something is, so that a score tells nothing better of a start that the data gave.
     tries: where else a fit may begin, for what one beginning does not reach. power: with which of its powers counts
     change from 0 on, as with the square of a standard deviation. sentence: what it is.

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from physics.axes import sizes_along
 from physics.clock import Clock
 from physics.effect import Setting, in_order
-from physics.patchwork import PATCHES
 from physics.pulse import ImpulseResponse
 from physics.pulse_shape import PulseShape
 from recordings.recording import Recording
@@ -63,7 +63,7 @@ class SensorModel:
         for setting in in_order(self.effects):
             for parameter, value in setting.values.items():
                 axis = setting.effect.parameter(parameter).axis
-                many = {"zone": self.zones, "bin": self.bins, "edge": self.bins, "patch": PATCHES}.get(axis)
+                many = sizes_along(self.zones, self.bins).get(axis)
                 if np.ndim(value) and len(value) != many:
                     place = f"effect {setting.effect.id}: {parameter}"
                     raise Refusal(f"{place} has {len(value)} values, expected one or {many}, one for each {axis}")

@@ -10,11 +10,11 @@ from mismatch.form import DRAWN
 from mismatch.prove.rig import Rig, draw_rig
 from mismatch.prove.shown import MOVED, moved, strength_for
 from mismatch.prove.strangers import STRANGERS
+from physics.axes import sizes_along
 from physics.effect import Effect, Setting
 from physics.effects import all_effects
 from physics.footprint import footprints
 from physics.nominal import ForwardModel
-from physics.patchwork import PATCHES
 from physics.rendering import Rendering
 from physics.simulate import light_of
 from physics.single_photons.acts import all_acts
@@ -133,7 +133,7 @@ def draw_setting(
                 rng.choice([-1, 1], nominal.shape[1]) if p.low < p.vanishes_at else 1
             )
         if p.axis in DRAWN:
-            size = rng.normal(size=PATCHES if p.axis == "patch" else nominal.shape[2])
+            size = rng.normal(size=sizes_along(*nominal.shape[1:])[p.axis])
         values[name] = p.vanishes_at + sign * (p.start - p.vanishes_at) * (size if p.axis and np.ptp(size) else size[0])
 
     def at(strength: float) -> Setting:

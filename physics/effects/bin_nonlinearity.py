@@ -1,17 +1,15 @@
 """`bin_nonlinearity`: the converter's bins are not equally wide."""
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from physics.bin_waves import telling_period
+from physics.displaced_edges import counts_moved
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
 # Bins from one tap of a delay line, or tick of the clock it divides, to where its pattern begins again.
 CYCLE = 8
 TAPS = tuple(f"tap_{k}" for k in range(1, CYCLE))
-# Part of the most counts by which a flat level may seem not to be.
-ROUNDING = 1e-12
 
 
 class BinNonlinearity(Effect):
@@ -30,6 +28,9 @@ class BinNonlinearity(Effect):
     A bin whose place is kept by other means, or whose gate opens for longer or shorter, is wider or narrower where it
     is: it holds its own counts times its width, the distance of its edges. `moved` is the part of counts that goes with
     displaced edges, the rest stays in place. `width` is by how much a bin is wider in place beside that.
+
+    Zones that have a converter each have a pattern each: `zone_edge` and `zone_width` are numbers of every zone's bins,
+    zone by zone, beside those that all share.
     """
 
     id = "bin_nonlinearity"
@@ -47,6 +48,8 @@ class BinNonlinearity(Effect):
         ("alternation", "slope", "moved"),
         ("wave_sin", "wave_cos", "period", "moved"),
         (*TAPS, "moved"),
+        ("zone_edge",),
+        ("zone_width",),
     )
     parameters = (
         Parameter(
@@ -97,6 +100,26 @@ class BinNonlinearity(Effect):
             axis="bin",
             sentence="By what part a bin is wider in place, whose neighbours do not move.",
         ),
+        Parameter(
+            "zone_edge",
+            unit="bins",
+            low=-4.0,
+            high=4.0,
+            start=0.05,
+            vanishes_at=0.0,
+            axis="zone edge",
+            sentence="How much later the edge before a bin of one zone is; nothing for bin 0.",
+        ),
+        Parameter(
+            "zone_width",
+            unit="1",
+            low=-0.9,
+            high=2.0,
+            start=0.05,
+            vanishes_at=0.0,
+            axis="zone bin",
+            sentence="By what part a bin of one zone is wider in place.",
+        ),
         *(
             Parameter(
                 tap,
@@ -122,13 +145,13 @@ class BinNonlinearity(Effect):
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts between displaced edges, and of bins that are wider in place."""
-        counts, bins = rendering.expected, rendering.expected.shape[-1]
-        late = _displaced(values, bins)
+        counts, late = rendering.expected, _displaced(values, rendering.expected.shape)
         if late.any():
             part = values["moved"]
-            moved = part * _moved(counts, late, rendering) if part > 0 else 0.0
+            moved = part * counts_moved(counts, late, rendering) if part > 0 else 0.0
             counts = moved + (1 - part) * np.maximum(1 + np.diff(late), 0) * counts
-        return counts * (1 + values["width"]) if np.any(values["width"]) else counts
+        wider = values["width"] + _of_zones(values["zone_width"], counts.shape)
+        return counts * (1 + wider) if np.any(wider) else counts
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A wave that does not come again within the window bends the whole scale: no converter's pattern."""
@@ -143,8 +166,9 @@ class BinNonlinearity(Effect):
         ]
 
 
-def _displaced(values: Values, bins: int) -> np.ndarray:
-    """(T + 1,) how much later each edge is, bins."""
+def _displaced(values: Values, shape: tuple[int, ...]) -> np.ndarray:
+    """(T + 1,) how much later each edge is, bins; (P, T + 1) where each zone has its own."""
+    bins = shape[-1]
     even = np.arange(bins + 1.0)
     late = values["slope"] * bins / np.pi * np.sin(np.pi * even / bins) + values["alternation"] * (-1) ** even
     angle = 2 * np.pi * even / values["period"]
@@ -152,32 +176,17 @@ def _displaced(values: Values, bins: int) -> np.ndarray:
     taps = np.array([0.0, *(values[tap] for tap in TAPS)])
     late[1:] += np.cumsum(np.resize(taps - taps.mean(), bins))
     late[:-1] += values["edge"]
+    own = _of_zones(values["zone_edge"], shape)
+    if not np.any(own):
+        return late
+    late = np.broadcast_to(late, (*np.shape(own)[:-1], bins + 1)).copy()
+    late[..., :-1] += own
     return late
 
 
-def _moved(counts: np.ndarray, late: np.ndarray, rendering: Rendering) -> np.ndarray:
-    """(F, P, T) counts between edges (T + 1,) that are so much later."""
-    even = np.arange(len(late) + 0.0)
-    bins = even[-1]
-    moved = even + late
-    moved[0] = 0
-    moved = np.maximum.accumulate(np.minimum(moved, bins))
-    moved[-1] = bins
-    arrivals = getattr(rendering, "arrivals", None)
-    rest, more = counts, 0.0
-    if arrivals is not None:
-        binned = arrivals.binned()
-        rest = counts - rendering.gain * binned
-        registered = arrivals.until(np.append(moved, 0.0))
-        even_so = registered[..., -1:] + np.cumsum(binned, axis=-1)
-        more = rendering.gain * (registered[..., :-1] - np.concatenate([registered[..., -1:], even_so], axis=-1))
-    if np.ptp(rest, axis=-1).max() <= ROUNDING * counts.max():
-        more = more + rest.mean(axis=-1, keepdims=True) * (moved - even)
-    else:
-        until = np.concatenate([np.zeros_like(rest[..., :1]), np.cumsum(rest, axis=-1)], axis=-1)
-        more = more + PchipInterpolator(even, until, axis=-1)(moved) - until
-    # Where there are no counts, rounding alone could bring a bin below 0.
-    return np.maximum(counts + np.diff(more, axis=-1), 0)
+def _of_zones(numbers: float | np.ndarray, shape: tuple[int, ...]) -> float | np.ndarray:
+    """(P, T) numbers of every zone's bins, from (P·T,); one number as it is."""
+    return np.reshape(numbers, shape[-2:]) if np.ndim(numbers) else numbers
 
 
 effect = BinNonlinearity()

@@ -24,8 +24,10 @@ def of(observed, expected, away, looks=False):
     ("observed", "expected", "away", "won", "minor"),
     [
         (100, 100, 0.0, 1000, False),  # A tenth of what the first gained.
-        (70, 70, 0.0, 1000, True),  # Less than that, and where the first acts.
-        (70, 70, 0.9, 1000, False),  # The same where it does not.
+        (64, 64, 0.0, 1000, True),  # Less than that, and where the first acts.
+        (64, 64, 0.9, 1000, False),  # The same where it does not.
+        (99, 123, 0.0, 1265, False),  # As much as can be told to be what it should.
+        (99, 175, 0.0, 1265, True),  # Less than it should.
         (38, 40, 0.9, 1000, False),  # Little, but as it should be.
         (38, 90, 0.9, 1000, True),  # Little, and less than it should be.
         (25, 25, 1.0, 1000, True),  # Too little in any case.

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse import issparse
 
 from mismatch.derivatives import derivatives, expected_at
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms
+from mismatch.leftover import what_is_left
 from mismatch.projection import Projection
 from mismatch.score import change_to, score, start_of
 from mismatch.simulation import Simulation
@@ -20,7 +22,13 @@ from recordings.maps import ResponseMaps
 
 ZONES, BINS = 4, 24
 GAIN = 3e4
-OWN = [("zone_gain", "factor"), ("bin_nonlinearity", "edge"), ("time_zero_offset", "delay")]
+OWN = [
+    ("zone_gain", "factor"),
+    ("bin_nonlinearity", "edge"),
+    ("time_zero_offset", "delay"),
+    ("bin_nonlinearity", "zone_width"),
+    ("bin_nonlinearity", "zone_edge"),
+]
 
 
 def recorded(effects=(), noise=True):
@@ -52,6 +60,7 @@ def test_derivatives_are_those_of_each_value_by_itself(name, parameter):
     here = expected_at(simulation, (form,), x)
     found, slopes = derivatives(simulation, (form,), x, here)
     assert slopes is None
+    found = found.toarray() if issparse(found) else found
     for i in range(1, len(x)):
         moved = x.copy()
         moved[i] += 1e-3
@@ -77,7 +86,9 @@ def test_a_score_is_that_of_all_columns_written_out(name, parameter, sigma):
     promised = score(simulation, fitted, projection, form)
     # Where a column's projection is all but nothing the two may keep different ones: none here.
     assert promised.dof == kept.sum()
-    np.testing.assert_allclose(promised.amplitude[kept], best, rtol=1e-5, atol=1e-7)
+    # What tells zones or bins from each other: nothing does from the gain of all where none fluctuates.
+    made = white[:, kept] @ best
+    np.testing.assert_allclose(white[:, kept] @ promised.amplitude[kept], made, atol=1e-5 * np.abs(made).max())
     np.testing.assert_allclose(promised.gain, ((white[:, kept] @ best) ** 2).sum(), rtol=1e-6)
 
 
@@ -94,3 +105,20 @@ def test_edges_that_are_there_are_found():
     assert told.sum() > BINS / 2
     assert ((away[told] / error[told]) ** 2).sum() < told.sum() + 4 * np.sqrt(2 * told.sum())
     assert promised.gain == pytest.approx(nominal.deviance - best.deviance, rel=0.2)
+
+
+def test_edges_of_each_zone_are_found_and_what_is_left_is_noise():
+    """Four converters, and a fit that begins with none of them: sparse columns, a pattern, errors and what is left."""
+    late = 0.15 * np.random.default_rng(3).normal(size=ZONES * BINS)
+    simulation = recorded([find_effect("bin_nonlinearity").at(zone_edge=late)])
+    nominal, form = fit_nominal(simulation), the_form("bin_nonlinearity", "zone_edge")
+    best = fit(simulation, (form,), np.concatenate([nominal.x, form.at_start() * 0]))
+    error = np.sqrt(np.diag(best.covariance))[1:] * form.effect.parameter("zone_edge").start
+    away = best.settings[0].values["zone_edge"] - late
+    told = (error > 1e-6) & (error < 0.03)
+    assert told.sum() > ZONES * BINS / 3
+    assert ((away[told] / error[told]) ** 2).sum() < told.sum() + 4 * np.sqrt(2 * told.sum())
+    assert what_is_left(simulation, nominal)
+    assert not what_is_left(simulation, best)
+    half, written = best.of(np.arange(0, 12, 2)).columns.toarray(), best.columns.toarray()
+    np.testing.assert_array_equal(half, written.reshape(12, -1, len(best.x))[::2].reshape(half.shape))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from scipy.sparse import csc_array
 from scipy.stats import norm, poisson
 
 from mismatch.fit import fit, fit_nominal
@@ -38,12 +39,13 @@ def test_gains_and_deviance_are_those_of_the_penalised_likelihood(rig, fluctuati
     np.testing.assert_array_equal(plain.best(expected), 0)
 
 
+@pytest.mark.parametrize("kind", [np.asarray, csc_array])
 @pytest.mark.parametrize("sigma", [0.0, 0.04])
-def test_normal_equations_are_those_with_a_parameter_for_every_frame(rig, fluctuating, sigma):
+def test_normal_equations_are_those_with_a_parameter_for_every_frame(rig, fluctuating, sigma, kind):
     simulation = fluctuating(7, np.ones(FRAMES))
     expected = rig.expected()
     columns = np.random.default_rng(8).normal(size=(expected.size, 3)) * np.sqrt(expected).reshape(-1, 1)
-    score, information = Nuisances(simulation, sigma).normal_equations(expected, columns)
+    score, information = Nuisances(simulation, sigma).normal_equations(expected, kind(columns))
     weight, difference = 1 / expected.ravel(), (simulation.counts - expected).ravel()
     frames = np.zeros((expected.size, FRAMES))
     for i, signal in enumerate(expected - BACKGROUND[:, None]):

@@ -69,20 +69,20 @@ def test_a_pattern_that_is_not_there_costs_and_is_worth_next_to_nothing(form):
     assert np.median(worth) < BINS / 10
 
 
-@pytest.fixture(scope="module")
-def edges():
-    forms = forms_of(all_effects()["bin_nonlinearity"], {"zone": 9, "bin": BINS})
-    return next(form for form in forms if form.free == ("edge",))
+@pytest.fixture(scope="module", params=["edge", "zone_edge"])
+def edges(request):
+    forms = forms_of(all_effects()["bin_nonlinearity"], {"zone": 3, "bin": BINS})
+    return next(form for form in forms if form.free == (request.param,))
 
 
 @pytest.mark.parametrize("walk", [False, True])
 def test_data_tell_whether_edges_are_drawn_or_their_distances(edges, walk):
     rng, right = np.random.default_rng(4), 0
     for _ in range(10):
-        count = 1 + BINS
+        count = 1 + len(edges.coordinates)
         information = np.diag(rng.uniform(50, 400, count))
-        widths = rng.normal(scale=0.2, size=BINS)
-        truth = np.r_[0.0, np.cumsum(widths) if walk else widths]
+        widths = rng.normal(scale=0.2, size=(count // BINS, BINS))
+        truth = np.r_[0.0, (np.cumsum(widths, axis=1) if walk else widths).ravel()]
         best = rng.multivariate_normal(truth, np.linalg.inv(information))
         x, pattern = shrunk((edges,), best, information)
         off = np.abs(pattern.precision - np.diag(np.diag(pattern.precision))).max()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from mismatch.directions import Directions
 from mismatch.fit import fit_nominal
 from mismatch.tables import Division, divisions, table, tables
 
@@ -88,7 +89,7 @@ def test_p_values_are_uniform_or_larger_where_nothing_is_wrong(drawn):
 def test_a_group_that_counted_nothing_is_as_likely_as_poissons_law_has_it():
     division = Division(("bin",), np.zeros((1, 1, 4), int))
     # What a projection leaves of four empty cells, less than nothing by its rounding.
-    found = table(division, np.full(4, -2.0 - 1e-7), np.full(4, 2.0), np.zeros((4, 0)))
+    found = table(division, np.full(4, -2.0 - 1e-7), np.full(4, 2.0), Directions(np.zeros((1, 4)), None), np.ones(4))
     assert found.p_value == pytest.approx(min(1.0, 2 * 2 * np.exp(-8)), rel=0.05)
 
 
@@ -104,7 +105,7 @@ def test_what_a_fit_of_many_parameters_takes_up_is_told_from_what_it_could_not()
     for _ in range(400):
         white = rng.normal(size=2000)
         residual = (white - own @ (own.T @ white)) * np.sqrt(mean)
-        found.append(table(division, residual, mean, own * np.sqrt(mean)[:, None]))
+        found.append(table(division, residual, mean, Directions(own.T, None), 1 / np.sqrt(mean)))
     chi2 = np.array([one.chi2 for one in found])
     assert found[0].expected == pytest.approx(chi2.mean(), abs=4 * chi2.std() / 20)
     assert found[0].expected < 19

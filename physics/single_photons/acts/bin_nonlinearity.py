@@ -19,24 +19,27 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
 
     The others are counted, or not, by how wide the bin is in which they are.
     """
-    late = _late(world, values)
-    edges = np.arange(world.bins + 1) + late
-    edges[0], edges[-1] = 0, world.bins
+    late, widths = _late(world, values), _widths(world, values)
     true = photons.time_s / world.bin_width_s
     inside = (true >= 0) & (true < world.bins)
     by_edges = rng.random(len(photons)) * _most_in_place(world, values) < values["moved"]
-    told = np.where(inside & by_edges, np.interp(true, edges, np.arange(world.bins + 1)), true)
-    place = np.clip(told, 0, world.bins - 1).astype(int)
+    told = true.copy()
+    for zone in range(world.zones):
+        edges = np.arange(world.bins + 1) + late[zone]
+        edges[0], edges[-1] = 0, world.bins
+        some = inside & by_edges & (photons.zone == zone)
+        told[some] = np.interp(true[some], edges, np.arange(world.bins + 1))
+    place = photons.zone, np.clip(told, 0, world.bins - 1).astype(int)
     # Of those that no edge tells, there are as many as the widest bin in place would count.
     left = _most_in_place(world, values) - values["moved"]
     open_for = np.maximum(1 + np.diff(late), 0)[place] * (1 - values["moved"]) / (left if left > 0 else 1)
     kept = by_edges | (rng.random(len(photons)) < open_for)
-    kept &= rng.random(len(photons)) < (_widths(world, values) / _widths(world, values).max())[place]
+    kept &= rng.random(len(photons)) < (widths / widths.max())[place]
     return replace(photons, time_s=told * world.bin_width_s).only(kept | ~inside)
 
 
 def _late(world: World, values: Values) -> np.ndarray:
-    """(T + 1,) bins."""
+    """(P, T + 1) bins."""
     number = np.arange(world.bins + 1)
     late = values["slope"] * world.bins / np.pi * np.sin(np.pi * number / world.bins)
     late += np.where(number % 2 == 0, values["alternation"], -values["alternation"])
@@ -46,12 +49,17 @@ def _late(world: World, values: Values) -> np.ndarray:
     taps = np.append(0, [values[f"tap_{k}"] for k in range(1, 8)])
     for edge in range(1, world.bins + 1):
         late[edge:] += taps[(edge - 1) % 8] - taps.sum() / 8
-    return late
+    return late + np.column_stack([_by_zone(world, values["zone_edge"]), np.zeros(world.zones)])
 
 
 def _widths(world: World, values: Values) -> np.ndarray:
-    """(T,) of bins beside what edges make of them."""
-    return 1 + np.broadcast_to(values["width"], world.bins)
+    """(P, T) of bins beside what edges make of them."""
+    return 1 + np.broadcast_to(values["width"], world.bins) + _by_zone(world, values["zone_width"])
+
+
+def _by_zone(world: World, numbers: float | np.ndarray) -> np.ndarray:
+    """(P, T) numbers of every zone's bins, zone by zone, or one for all."""
+    return np.broadcast_to(np.ravel(numbers), world.zones * world.bins).reshape(world.zones, world.bins)
 
 
 def _most_in_place(world: World, values: Values) -> float:

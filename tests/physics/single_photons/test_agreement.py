@@ -41,6 +41,8 @@ STRENGTHS = {
         {"wave_sin": 0.5, "wave_cos": -0.4, "period": 14, "moved": 0},
         {"alternation": 0.2, "slope": -0.1, "moved": 0.4},
         {"tap_1": 0.3, "tap_3": -0.4, "tap_6": 0.2, "tap_7": 0.4, "width": 0.5 * np.cos(np.arange(48) ** 2)},
+        {"zone_edge": 0.4 * np.sin(np.arange(192) ** 2)},
+        {"zone_width": 0.5 * np.sin(np.arange(192) ** 2)},
     ],
     "bin_phase": [
         {"depth": 0.5},
