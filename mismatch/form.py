@@ -15,6 +15,8 @@ from physics.effects import all_effects
 
 # Of what each has a number of its own wherever it is in a form: of these there are many.
 DRAWN = ("bin", "edge", "zone bin", "zone edge", "patch")
+# What there are more of is not tried: information of numbers, each with each, would take minutes and all memory.
+MOST = 2500
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +153,8 @@ def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
         divided = tuple(p.name for p in chosen if p.axis and p.vanishes_at is not None)
         many = {"bin": sizes["bin"]} | {p.name: sizes[p.axis] for p in chosen if p.axis}
         always = tuple(p.name for p in chosen if p.axis in DRAWN)
+        if any(many[name] > MOST for name in always):
+            continue
         for values in product(*(p.tries or (p.start,) for p in chosen)):
             start = rest | dict(zip(names, values, strict=True))
             if set(divided) - set(always) and names not in effect.uneven:

@@ -64,3 +64,11 @@ def test_zones_that_had_values_of_their_own_begin_amid_them_where_all_have_one()
 def test_effects_that_are_given_are_not_tried():
     ids = {form.effect.id for form in all_forms(SIZES, without=("pile_up",))}
     assert ids == set(all_effects()) - {"pile_up"}
+
+
+@pytest.mark.parametrize(("zones", "bins", "tried"), [(3, 5, True), (18, 128, True), (64, 128, False)])
+def test_bins_of_every_zone_are_tried_unless_there_are_too_many(zones, bins, tried):
+    forms = list(forms_of(find_effect("bin_nonlinearity"), {"zone": zones, "bin": bins}))
+    many = [form for form in forms if set(form.own) & {"zone_edge", "zone_width"}]
+    assert [len(form.coordinates) for form in many] == [zones * bins] * (2 if tried else 0)
+    assert {"edge", "width"} <= {name for form in forms for name in form.own}
