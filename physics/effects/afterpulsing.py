@@ -21,7 +21,8 @@ class Afterpulsing(Effect):
     generalised Pareto distribution (Pickands 1975, Annals of Statistics 3, 119), and the exponential at 0. Afterpulses
     of afterpulses are left out: they go with the probability squared.
     Background that was measured in the dark of the laser has its afterpulses in it already: with `ambient` 0 they are
-    not added again.
+    not added again. A detector that counts before the window, too, brings afterpulses of the background from then into
+    it: with `earlier` 1 the background is followed as evenly as it falls.
     """
 
     id = "afterpulsing"
@@ -42,6 +43,8 @@ class Afterpulsing(Effect):
         ("probability", "tau", "dead", "heavy"),
         ("probability", "tau", "dead", "slower", "times"),
         ("probability", "tau", "dead", "slower", "times", "ambient"),
+        ("probability", "tau", "dead", "earlier"),
+        ("probability", "tau", "dead", "slower", "times", "earlier"),
     )
     parameters = (
         Parameter(
@@ -74,6 +77,15 @@ class Afterpulsing(Effect):
         ),
         Parameter("ambient", "1", 0.0, 1.0, 1.0, "Part of the background whose afterpulses are not in it yet."),
         Parameter(
+            "earlier",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.0,
+            tries=(1.0,),
+            sentence="Part of the afterpulses of background before the window that come in it.",
+        ),
+        Parameter(
             "slower", "1", 0.0, 1.0, 0.01, "Afterpulses for each event of a second kind of trap.", vanishes_at=0.0
         ),
         Parameter("heavy", "1", 0.0, 10.0, 0.0, "Falls with the power 1 + 1/heavy of time; 0 exponentially."),
@@ -97,17 +109,19 @@ class Afterpulsing(Effect):
             probability = probability[:, None] if probability.ndim else probability
             if probability.any():
                 tau, width = times * values["tau"], rendering.clock.bin_width_s
-                found = found + probability * _echo(events, width, tau, values["dead"], values["heavy"])
+                held = _held(events.shape[-1], width, tau, values["dead"], values["heavy"])
+                earlier = values["earlier"] * rendering.background * held[1:] if values["earlier"] else 0.0
+                found = found + probability * (events @ np.triu(toeplitz(-np.diff(held))) + earlier)
         return found
 
 
-def _echo(counts: np.ndarray, width: float, tau: float, dead: float, heavy: float) -> np.ndarray:
-    """(..., T) afterpulses of counts (..., T) with one for each event, lost ones left out."""
-    bins = counts.shape[-1]
-    # None comes before the event's own bin.
+def _held(bins: int, width: float, tau: float, dead: float, heavy: float) -> np.ndarray:
+    """(T + 1,) part of the afterpulses that have not come until the end of the event's own bin, of the next, and so on.
+
+    None comes before the event's own bin.
+    """
     waited = np.maximum(np.arange(bins + 1) * width - width - max(dead, -width), 0) / tau
-    released = -np.diff(waiting(waited, 1.0, heavy))  # So many bins later.
-    return counts @ np.triu(toeplitz(released))
+    return waiting(waited, 1.0, heavy)
 
 
 effect = Afterpulsing()

@@ -69,6 +69,18 @@ def test_background_that_has_its_afterpulses_is_given_none(small):
     np.testing.assert_allclose(found, dark.expected(1e3, [effect.at()]) + 7.0)
 
 
+def test_background_of_before_the_window_is_followed_by_as_much_as_falls():
+    """Constant light, whose events are followed by as many afterpulses a bin as by any, from whenever they are."""
+    clock = SimpleNamespace(bin_width_s=WIDTH)
+    start = SimpleNamespace(expected=np.full((2, 3, 50), 5.0), clock=clock, background=np.full((3, 1), 5.0))
+    for heavy in (0.0, 1.5):
+        values = {"probability": 0.2, "tau": 3e-9, "dead": 1e-9, "slower": 0.1, "times": 5, "heavy": heavy}
+        found = effect.expected(effect.at(**values, earlier=1.0).values, start)
+        np.testing.assert_allclose(found, 5 * 1.3)
+        part = effect.expected(effect.at(**values, earlier=0.4).values, start)
+        np.testing.assert_allclose(part, 0.6 * effect.expected(effect.at(**values).values, start) + 0.4 * found)
+
+
 def test_it_is_in_proportion_to_the_pulse(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     one, ten = model.expected(1.0, [effect.at()]), model.expected(10.0, [effect.at()])
