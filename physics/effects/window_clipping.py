@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.special import expit
 
+from physics.about_highest import inside, told_window
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
@@ -20,6 +21,9 @@ class WindowClipping(Effect):
     `rounded` of it goes by the logistic curve that is as steep where it falls to half, in the same place (an error
     function is within 1 % of one). Of what is not kept the share `lost` is lost, and of the background, which may be
     set aside before and put back, the share lost · background. Each zone may have a window of its own.
+
+    A later step that looks for one pulse keeps what is `before` to `after` bins from the highest of each histogram, and
+    of all else loses the share `aside`.
     """
 
     id = "window_clipping"
@@ -40,8 +44,9 @@ class WindowClipping(Effect):
         ("early", "late", "softness", "lost", "background"),
         ("early", "softness", "rounded", "lost", "background"),
         ("late", "softness", "rounded", "lost", "background"),
+        ("aside", "before", "after", "background"),
     )
-    richer = forms[-2:]
+    richer = forms[-3:-1]
     parameters = (
         Parameter(
             "early",
@@ -91,6 +96,19 @@ class WindowClipping(Effect):
             sentence="Share of the counts outside the window that is lost; what lets more pass is no window.",
         ),
         Parameter(
+            "aside",
+            unit="1",
+            low=0.0,
+            high=1.0,
+            start=0.2,
+            vanishes_at=0.0,
+            sentence="Share of the counts that is lost outside a window about the highest bin of each histogram.",
+        ),
+        *(
+            Parameter(side, "bins", 0.0, 65536.0, start, f"How far that window reaches {side} the highest bin.")
+            for side, start in (("before", 2.0), ("after", 4.0))
+        ),
+        Parameter(
             "background",
             unit="1",
             low=0.0,
@@ -107,6 +125,9 @@ class WindowClipping(Effect):
         early, late = (np.atleast_1d(values[name])[:, None] for name in ("early", "late"))
         outside = _closed(values, early, bins) + _closed(values, late, bins[::-1])
         missed = values["lost"] * np.minimum(outside, 1)
+        if values["aside"]:
+            about = inside(rendering.expected, values["before"], values["after"])
+            missed = np.minimum(missed + values["aside"] * (1 - about), 1)
         # Of what an effect before this one has taken away there cannot be more than there is.
         background = np.minimum(rendering.background, rendering.expected)
         return rendering.expected * (1 - missed) + background * (missed * (1 - values["background"]))
@@ -114,7 +135,8 @@ class WindowClipping(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The edges beyond which one share of what is expected is lost most clearly, sharp and soft.
 
-        And those beyond which all of it is, of each zone, and of all at the end where that is clearer.
+        And those beyond which all of it is, of each zone, and of all at the end where that is clearer. And how far from
+        the highest bin counts are lost.
         """
         found = []
         for background in (1.0, 0.0):
@@ -135,7 +157,9 @@ class WindowClipping(Effect):
                     found.append(ends | {"softness": softness, "lost": share, "background": background})
                 alone = {name: at + (softness - 1) / 2 for name, at in clearer.items()}
                 found.append(alone | {"softness": softness, "lost": 1.0, "background": background})
-        return found
+        before, after, aside = told_window(excess, expected)
+        about = {"aside": aside, "before": before, "after": after}
+        return [*found, *(about | {"background": background} for background in (1.0, 0.0) if aside > 0)]
 
 
 def _closed(values: Values, edge: np.ndarray, bins: np.ndarray) -> np.ndarray:

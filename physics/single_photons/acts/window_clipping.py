@@ -3,7 +3,7 @@
 import numpy as np
 
 from physics.effect import Values
-from physics.single_photons.draw import by_zone, in_window
+from physics.single_photons.draw import by_zone, counts_of, in_window
 from physics.single_photons.world import NO_PIXEL, Photons, World
 
 
@@ -15,23 +15,29 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     if values["background"] == 1:
         return photons
     place = np.clip(photons.time_s / world.bin_width_s, 0, world.bins - 1).astype(int)
-    thrown = 1 - _kept(world, values)[photons.zone, place]
+    thrown = 1 - _kept(world, values, counts_of(photons, world))[photons.zone, place]
     spared = np.where(photons.pixel == NO_PIXEL, values["background"], 1)
     return photons.only((rng.random(len(photons)) >= thrown * spared) & in_window(photons, world))
 
 
 def counted(counts: np.ndarray, world: World, values: Values, rng: np.random.Generator) -> np.ndarray:
     """A count stands for a photon somewhere in its bin, and is kept where that is in the window."""
-    return rng.binomial(counts, _kept(world, values)) if values["background"] == 1 else counts
+    return rng.binomial(counts, _kept(world, values, counts)) if values["background"] == 1 else counts
 
 
-def _kept(world: World, values: Values) -> np.ndarray:
-    """(P, T) share of each bin's counts: between an edge that opens and one that closes."""
+def _kept(world: World, values: Values, counts: np.ndarray) -> np.ndarray:
+    """(P, T) share of each bin's counts (P, T): between an edge that opens and one that closes, and about the most."""
     bins, inside = np.arange(world.bins), []
     for early, late in zip(by_zone(world, values["early"]), by_zone(world, values["late"]), strict=True):
         opens, closes = _opened(values, early, bins), _opened(values, late, bins)[::-1]
         inside.append(np.maximum(opens + closes - 1, 0))
-    return 1 - values["lost"] * (1 - np.stack(inside))
+    kept = 1 - values["lost"] * (1 - np.stack(inside))
+    for share, of_zone in zip(kept, counts, strict=True):
+        from_top = bins - int(np.argmax(of_zone))
+        reaches = np.where(from_top < 0, values["before"], values["after"])
+        out = np.interp(np.abs(from_top) - reaches, [0, 1], [0, 1])
+        share -= np.minimum(values["aside"] * out, share)
+    return kept
 
 
 def _opened(values: Values, edge: float, bins: np.ndarray) -> np.ndarray:

@@ -1,0 +1,42 @@
+"""A window of bins about the highest of each histogram, as firmware keeps that looks for one pulse."""
+
+import numpy as np
+
+# Windows that are told by data end at most so many bins from the highest.
+FARTHEST = 24
+# Fewer counts than this are expected nowhere that tells anything.
+LEAST = 1.0
+
+
+def inside(counts: np.ndarray, before: float, after: float) -> np.ndarray:
+    """(..., T) part of each bin that is from so many bins before the highest of (..., T) to so many after it."""
+    away = _away(counts)
+    return np.clip(before + 1 + away, 0, 1) * np.clip(after + 1 - away, 0, 1)
+
+
+def told_window(excess: np.ndarray, expected: np.ndarray) -> tuple[float, float, float]:
+    """Bins before and after the highest within which counts differ most clearly from those beyond, and by what part.
+
+    excess, expected: (F, P, T). Contrast of the relative excess inside with that outside, by the noise of both: of all
+    windows that end at a whole bin.
+    """
+    away = _away(expected).ravel()
+    near = np.abs(away) <= FARTHEST
+    place = np.where(near, away + FARTHEST, 2 * FARTHEST + 1)
+    lacking, there = (np.bincount(place, each.ravel(), minlength=2 * FARTHEST + 2) for each in (-excess, expected))
+    lacks, has = (np.concatenate([[0.0], np.cumsum(each[:-1])]) for each in (lacking, there))
+    first, last = np.indices((FARTHEST, FARTHEST))
+    within = [total[FARTHEST + last + 1] - total[FARTHEST - first] for total in (lacks, has)]
+    beyond = [total.sum() - part for total, part in zip((lacking, there), within, strict=True)]
+    (left_in, many_in), (left_out, many_out) = (
+        (1 - lost / np.maximum(due, LEAST), np.maximum(due, LEAST)) for lost, due in (within, beyond)
+    )
+    clear = np.maximum(left_in - left_out, 0) ** 2 / (1 / many_in + 1 / many_out)
+    best = np.unravel_index(int(np.argmax(clear)), clear.shape)
+    part = 1 - left_out[best] / left_in[best] if left_in[best] > 0 else 0.0
+    return float(best[0]), float(best[1]), float(np.clip(part, 0, 1))
+
+
+def _away(counts: np.ndarray) -> np.ndarray:
+    """(..., T) bins from the highest, negative before it."""
+    return np.arange(counts.shape[-1]) - counts.argmax(axis=-1)[..., None]
