@@ -21,8 +21,6 @@ BESIDE, AGAIN = 24.0, 0.02
 SURE = 12.0
 # Pulses of rangers are over in this, as a standard deviation, seconds.
 LONGEST_S = 3e-9
-# To a billionth no two free-running clocks agree: crystals do to a hundred-thousandth.
-AGREED = 1e-9
 # Step, in bins, over which it is seen how evidence goes with the width of the pulse.
 WIDER = 0.05
 
@@ -96,16 +94,8 @@ class Interference(Effect):
             sentence="Counts of a pulse that is somewhere else in each frame.",
         ),
         Parameter("present", "1", 0.01, 1.0, 0.8, "Share of the frames that hold a pulse that roams."),
-        Parameter(
-            "longer",
-            unit="s",
-            low=0.0,
-            high=5e-9,
-            start=0.0,
-            tries=(5e-10,),
-            power=2.0,
-            sentence="Standard deviation by which the other emitter's pulse is longer than the sensor's own, a choice.",
-        ),
+        # A choice: no longer pulse is looked for.
+        Parameter("longer", "s", 0.0, 5e-9, 0.0, "Deviation by which its pulse is longer.", tries=(5e-10,), power=2.0),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -157,16 +147,13 @@ class Interference(Effect):
         return roaming(rendering.recorded, rendering.expected, rendering.background, clock, counts, values["present"])
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """Two clocks do not agree that well, nor do pulses last that long; what stays is the sensor's own light."""
-        wandered = abs(values["drift"]) * float(np.ptp(rendering.light.time_s))
-        stays = abs(values["drift"]) < AGREED or wandered < rendering.clock.bin_width_s
-        return (bool(np.any(values["counts"])) and stays) or values["longer"] > LONGEST_S
+        """A pulse that stays is no free-running clock's, nor do pulses last that long."""
+        return _stays(values, rendering) or values["longer"] > LONGEST_S
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
-        """What does not wander is no clock's but the sensor's."""
-        if np.any(values["counts"]) and abs(values["drift"]) < AGREED:
-            return "the pulse of another emitter would wander from frame to frame, and this does not"
-        return None
+        """What does not wander is no clock's but the sensor's. How fast it seems to is chance, frame by frame."""
+        why = "the pulse of another emitter would wander from frame to frame, and this does not"
+        return why if _stays(values, rendering) else None
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""
@@ -190,6 +177,12 @@ class Interference(Effect):
         alike = int(np.argmax(evidence[:, 0]))
         found = [(evidence[alike, 0], BEGINNINGS[alike]), (evidence[strongest, 1 + best], alone)]
         return [{"roaming": counts, "present": present} for sure, counts in found if sure > SURE]
+
+
+def _stays(values: Values, rendering: Rendering) -> bool:
+    """Whether its pulse keeps within a bin all the session."""
+    width_s, session_s = rendering.clock.bin_width_s, float(np.ptp(rendering.light.time_s))
+    return bool(np.any(values["counts"])) and abs(values["drift"]) * session_s < width_s
 
 
 def _longer(clock: Clock, longer_s: float) -> Clock:

@@ -39,7 +39,8 @@ class Multipath(Effect):
         S'_i = retro · S_i²,   at 4 r_i / c
 
     A target that sends light straight back, and a face that mirrors it, lose as much at any range, or more at larger
-    ones, as light spreads: S'_i = mirrored · S_i · (1 m / r_i)^spreading, at 4 r_i / c.
+    ones, as light spreads: S'_i = mirrored · S_i · (1 m / r_i)^spreading, at 4 r_i / c. What sends it back may lie so
+    much behind (or before) what ranges are measured from: then it comes at (4 r_i + 2 face) / c.
 
     By way of a surface outside the view: a plane lights the target as an image of the sensor would that stands behind
     it. It is as far from the target as the target's own image X' is from the sensor. With θ' the incidence of its light
@@ -68,6 +69,8 @@ class Multipath(Effect):
         ("retro",),
         ("mirrored",),
         ("mirrored", "spreading"),
+        ("retro", "face"),
+        ("mirrored", "spreading", "face"),
         ("around", "around_distance"),
         ("outside", "outside_distance", "outside_azimuth", "outside_tilt"),
         ("patch", "patch_x", "patch_y", "patch_z"),
@@ -93,6 +96,7 @@ class Multipath(Effect):
         Parameter("retro", "m²", 0.0, 10.0, 1e-2, "What the lens sends back, over what falls on a square metre.", 0.0),
         Parameter("mirrored", "1", 0.0, 1.0, 0.01, "Part that returns once more of what comes from 1 m.", 0.0),
         Parameter("spreading", "1", -1.0, 6.0, 0.0, "Power of range with which that part falls.", tries=(2.0,)),
+        Parameter("face", "m", -0.3, 0.3, 0.0, "How far behind the sensor what sends it back lies.", tries=(0.02,)),
         Parameter("around", "1", 0.0, 10.0, 0.1, "What walls on all sides send on, over what mirrors would.", 0.0),
         Parameter("around_distance", "m", 0.01, 10.0, 0.5, "Distance of these walls, wherever the sensor goes."),
         Parameter("outside", "1", 0.0, 10.0, 0.1, "What the plane outside the view sends on, over a mirror's.", 0.0),
@@ -135,11 +139,11 @@ class Multipath(Effect):
         direct = light.returns[0]
         if values["retro"]:
             again = values["retro"] * direct.strength.astype(float) ** 2
-            more.append(Return(2 * direct.range_m, again.astype(np.float32)))
+            more.append(Return(2 * direct.range_m + np.float32(values["face"]), again.astype(np.float32)))
         if values["mirrored"]:
             spread = np.where(direct.range_m > 0, direct.range_m, 1).astype(float) ** -values["spreading"]
             again = values["mirrored"] * direct.strength * spread
-            more.append(Return(2 * direct.range_m, again.astype(np.float32)))
+            more.append(Return(2 * direct.range_m + np.float32(values["face"]), again.astype(np.float32)))
         if values["around"]:
             by_wall = by_walls_around(direct, values["around_distance"])
             more.append(replace(by_wall, strength=(values["around"] * by_wall.strength).astype(np.float32)))

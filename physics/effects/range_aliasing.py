@@ -79,8 +79,7 @@ class RangeAliasing(Effect):
         Parameter("every", "s", SHORTEST_S, 1e5, SHORTEST_S, "Time from one level to the next."),
         Parameter("jitter", "s", 0.0, 1e-8, 0.0, "Most by which the laser's period is longer.", tries=(1e-10, 1e-9)),
         Parameter("spread", "s", 0.0, 5e-9, 0.0, "Standard deviation of it, or of a deep target.", tries=(5e-10,)),
-        # It is 1 if the target stands still.
-        Parameter("still", "1", -1.5, 1.5, 0.0, "Metres by which it comes nearer for each that the camera moves."),
+        Parameter("still", "1", -1.5, 1.5, 0.0, "Metres it comes nearer for each the camera moves; 1 where it rests."),
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
         Parameter("distant", "1", 0.0, 1e3, 0.5, "Reflectance of a thing that is seen anyway.", vanishes_at=0.0),
@@ -146,8 +145,10 @@ class RangeAliasing(Effect):
         return np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse so broad is what counts that no light leaves look like."""
-        return bool(np.any(values["counts"])) and values["spread"] > BROADEST_S
+        """A pulse so broad is what dark counts look like; one that wanders by itself is another emitter's."""
+        wandered_m, clock = values["speed"] * float(np.ptp(rendering.light.time_s)), rendering.clock
+        wanders = abs(wandered_m) > speed_of_light / 2 * clock.bin_width_s
+        return bool(np.any(values["counts"])) and (values["spread"] > BROADEST_S or wanders)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Straight lines through frames and bins along which most is in excess, no faster than targets are.

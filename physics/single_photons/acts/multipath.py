@@ -116,7 +116,7 @@ def _by_the_lens(world: World, values: Values, rng: np.random.Generator) -> Phot
     ranges = np.where(world.range_m > 0, world.range_m, np.nan)
     sends = np.nan_to_num(world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges**2)
     zone, pixel = many(world.gain * values["retro"] * world.weights * sends * sends, rng)
-    return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel], rng)
+    return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel] + 2 * values["face"], rng)
 
 
 def _by_a_mirror(world: World, values: Values, rng: np.random.Generator) -> Photons:
@@ -124,7 +124,7 @@ def _by_a_mirror(world: World, values: Values, rng: np.random.Generator) -> Phot
     ranges = np.where(world.range_m > 0, world.range_m, np.nan)
     sends = world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges ** (2 + values["spreading"])
     zone, pixel = many(world.gain * values["mirrored"] * world.weights * np.nan_to_num(sends), rng)
-    return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel], rng)
+    return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel] + 2 * values["face"], rng)
 
 
 def _by_walls_around(world: World, values: Values, rng: np.random.Generator) -> Photons:

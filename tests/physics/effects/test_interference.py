@@ -162,6 +162,15 @@ def test_what_stays_or_lasts_long_is_hardly_another_emitters_pulse(small, drift,
     rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
     values = effect.at(counts=10.0, drift=drift, longer=longer).values
     assert effect.strained(values, rendering) == strained
+    assert (effect.contradiction(values, rendering) is not None) == (drift == 0)
+
+
+def test_a_pulse_that_wanders_by_more_than_a_bin_is_one_however_slowly(small):
+    """Where it seems to be is a remainder of many periods."""
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
+    for bins, stays in ((0.9, True), (-1.1, False)):
+        drift = bins * small.clock.bin_width_s / np.ptp(small.light.time_s)
+        assert effect.strained(effect.at(counts=10.0, drift=drift).values, rendering) == stays
 
 
 def test_a_fit_may_begin_wherever_it_is_told_to(small):

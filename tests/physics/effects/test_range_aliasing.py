@@ -54,8 +54,19 @@ def test_it_suggests_where_a_pulse_is_in_one_zone_only(model, small, apparent, s
 
 
 @pytest.mark.parametrize(("counts", "spread", "stretched"), [(50, 4e-9, True), (50, 2e-9, False), (0, 4e-9, False)])
-def test_a_pulse_that_is_broader_than_targets_is_stretched(counts, spread, stretched):
-    assert effect.strained(effect.at(counts=counts, apparent_range=0.6, spread=spread).values, None) == stretched
+def test_a_pulse_that_is_broader_than_targets_is_stretched(counts, spread, stretched, small):
+    there = Rendering(small.light, small.footprints, small.clock, 1.0)
+    assert effect.strained(effect.at(counts=counts, apparent_range=0.6, spread=spread).values, there) == stretched
+
+
+@pytest.mark.parametrize(("bins", "stretched"), [(0.0, False), (0.9, False), (-1.1, True), (4.0, True)])
+def test_a_pulse_that_wanders_by_itself_is_rather_another_emitters(bins, stretched, small):
+    """By more than a bin; not one that comes nearer as the camera does."""
+    there = Rendering(small.light, small.footprints, small.clock, 1.0)
+    speed = bins * C / 2 * small.clock.bin_width_s / np.ptp(small.light.time_s)
+    assert effect.strained(effect.at(counts=50, apparent_range=0.6, speed=speed).values, there) == stretched
+    assert not effect.strained(effect.at(counts=50, apparent_range=0.6, still=1.0).values, there)
+    assert not effect.strained(effect.at(through=50, depth=1.2, speed=speed).values, there)
 
 
 def test_a_period_that_varies_by_chance_makes_a_longer_pulse(model, small):

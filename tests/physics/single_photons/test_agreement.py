@@ -144,6 +144,8 @@ STRENGTHS = {
         {"retro": 0.05},
         {"mirrored": 0.1},
         {"mirrored": 0.05, "spreading": 1.5},
+        {"mirrored": 0.1, "face": 0.11},
+        {"retro": 0.05, "face": -0.07},
         {"around": 0.5, "around_distance": 0.4},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.5, "outside_azimuth": 70, "outside_tilt": 30},
