@@ -34,7 +34,7 @@ def test_events_drawn_one_by_one_agree():
 
 @given(probability=st.floats(0, 1), tau=st.floats(1e-9, 1e-8))
 def test_one_pulse_is_followed_by_a_geometric_series(probability, tau):
-    counts = np.zeros(4000)
+    counts = np.zeros(1000)
     counts[7] = 1000
     found = seen(counts, probability=probability, tau=tau)
     np.testing.assert_allclose(found[:8], counts[:8])
