@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import norm
 
+from physics.effects import find_effect
 from physics.effects.bin_nonlinearity import effect
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
@@ -149,3 +150,17 @@ def test_a_wave_that_comes_once_is_no_pattern(small, period, stretched):
     assert small.clock.bins == 40
     assert effect.strained(effect.at(wave_cos=0.3, period=period).values, rendering) == stretched
     assert not effect.strained(effect.at(alternation=0.1, period=period).values, rendering)
+
+
+@pytest.mark.parametrize(("of_zones", "of_all"), [("zone_edge", "edge"), ("zone_width", "width")])
+def test_each_zone_may_have_a_converter_of_its_own(small, of_zones, of_all):
+    """Zone by zone, as if all had that zone's; beside what they share, and with a background that is not flat."""
+    rng, bins = np.random.default_rng(6), small.clock.bins
+    own = rng.uniform(-0.3, 0.3, (4, bins))
+    model, pedestal = ForwardModel(small.light, small.footprints, small.clock, 3.0), find_effect("afterpulsing").at()
+    found = model.expected(1e3, [pedestal, effect.at(**{of_zones: own.ravel(), "alternation": 0.1})])
+    for zone in range(4):
+        alone = model.expected(1e3, [pedestal, effect.at(**{of_all: own[zone], "alternation": 0.1})])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone], rtol=1e-9)
+    alike = model.expected(1e3, [effect.at(**{of_zones: 0.05})])
+    np.testing.assert_allclose(alike, model.expected(1e3, [effect.at(**{of_all: 0.05})]), rtol=1e-9)
