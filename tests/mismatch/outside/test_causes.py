@@ -103,6 +103,18 @@ def test_a_supply_that_sags(scene, feeds, mates):
         np.testing.assert_allclose(found, light[:, zone] * left + level, rtol=1e-9)
 
 
+def test_a_bias_that_droops_for_all_zones(scene):
+    """Count after count: what the array has counted in all bins before, each less the longer ago."""
+    model, *_ = scene
+    plain, found = model.expected(1000.0), changed(model, "bias_droop", droop=0.3, recovery=2e-9)
+    drawn = np.zeros((len(plain), BINS))
+    for later in range(BINS):
+        for t in range(later):
+            drawn[:, later] += plain[:, :, t].sum(axis=1) * np.exp(-(later - t - 1) * WIDTH_S / 2e-9)
+    left = np.exp(-0.3 * drawn / drawn.max())
+    np.testing.assert_allclose(found, plain * left[:, None], rtol=1e-9)
+
+
 def test_a_stale_frame(scene):
     model, *_ = scene
     plain, found = model.expected(1000.0), changed(model, "stale_frame", share=0.2, age=2)
