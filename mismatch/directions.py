@@ -20,9 +20,9 @@ class Frames:
     """
 
     def __init__(self, signal: np.ndarray, sigma: float) -> None:
-        self.signal, self.norm = signal, np.sqrt((signal**2).sum(axis=(1, 2)) + 1 / sigma**2)
-        # Shrunk by the prior: 1 - sqrt(1/σ²/information) of it is taken, so that squares come out as information.
         inner = (signal**2).sum(axis=(1, 2))
+        self.signal, self.norm = signal, np.sqrt(inner + 1 / sigma**2)
+        # Shrunk by the prior: 1 - sqrt(1/σ²/information) of it is taken, so that squares come out as information.
         self._taken = (1 - np.sqrt(np.maximum(1 - inner / self.norm**2, 0))) / np.maximum(inner, TINY)
 
     def out(self, white: np.ndarray) -> np.ndarray:

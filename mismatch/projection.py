@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mismatch.columns import rows_of, scaled, together
+from mismatch.columns import OF_ZONES, rows_of, scaled, together
 from mismatch.directions import Directions, Frames
 from mismatch.fit import Fit
 from mismatch.noise import Nuisances
@@ -73,8 +73,8 @@ class Projection:
 
 def _summed(axis: str, change: np.ndarray, after: np.ndarray | None = None) -> np.ndarray:
     """(F, M) sums of cells (F, P, T) that go with each zone, bin or edge. after: what goes with the edge after."""
-    found = change if axis.startswith("zone ") else change.sum(axis=2 if axis == "zone" else 1)
+    found = change if axis in OF_ZONES else change.sum(axis=2 if axis == "zone" else 1)
     if after is not None:
         found = found.copy()
-        found[..., 1:] += (after if axis.startswith("zone ") else after.sum(axis=1))[..., :-1]
+        found[..., 1:] += (after if axis in OF_ZONES else after.sum(axis=1))[..., :-1]
     return found.reshape(len(found), -1)
