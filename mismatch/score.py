@@ -107,7 +107,10 @@ def score_by(projection: Projection, form: Form, changes: np.ndarray) -> Score |
     if form.own and _axis(form) in OF_ZONES:
         # Of so many the least that would do, where not all are told apart, takes minutes. What projection left of each
         # is as exact as what it was taken from: so much more makes all of it positive.
-        amplitude = solve(inner + NOTHING * np.diag(before[kept]), promised[kept], assume_a="pos")
+        # Cells of a million counts stand beside such of one: in units of what was taken from each they are alike.
+        unit = 1 / np.sqrt(before[kept])
+        alike = inner * np.outer(unit, unit) + NOTHING * np.eye(len(unit))
+        amplitude = unit * solve(alike, unit * promised[kept], assume_a="pos")
     else:
         amplitude = np.linalg.lstsq(inner, promised[kept], rcond=1e-10)[0]
     if ((amplitude < low) | (amplitude > high)).any():

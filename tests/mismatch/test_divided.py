@@ -11,7 +11,7 @@ from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms
 from mismatch.leftover import what_is_left
 from mismatch.projection import Projection
-from mismatch.score import change_to, score, start_of
+from mismatch.score import change_to, score, score_by, start_of
 from mismatch.simulation import Simulation
 from physics.clock import Clock
 from physics.effects import find_effect
@@ -122,3 +122,22 @@ def test_edges_of_each_zone_are_found_and_what_is_left_is_noise():
     assert not what_is_left(simulation, best)
     half, written = best.of(np.arange(0, 12, 2)).columns.toarray(), best.columns.toarray()
     np.testing.assert_array_equal(half, written.reshape(12, -1, len(best.x))[::2].reshape(half.shape))
+
+
+class Given:
+    """A projection that has left this of every number."""
+
+    def __init__(self, information, promised, before):
+        self.divided = lambda changes, axis: (information, promised, before)
+
+
+@pytest.mark.filterwarnings("error")
+def test_bright_bins_beside_dark_ones_are_promised_what_each_is_due():
+    form = the_form("bin_nonlinearity", "zone_edge")
+    rng, count = np.random.default_rng(0), ZONES * BINS
+    # Of two numbers beside each other some is common; and counts from a millionth to a million make units of each.
+    common, unit = 0.4 * np.eye(count, k=1), 10 ** rng.uniform(-3, 9, count)
+    information = (np.eye(count) + common + common.T) * np.outer(unit, unit)
+    due = 0.01 * rng.normal(size=count) / unit.max()
+    found = score_by(Given(information, information @ due, unit**2), form, np.zeros((1, 1, 1, 1)))
+    np.testing.assert_allclose(found.amplitude * unit, due * unit, rtol=0, atol=1e-6 * (due * unit).std())
