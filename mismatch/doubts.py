@@ -1,7 +1,7 @@
 """Names that stand in for something else: they gain far less on held-out frames than they should, or contradict it."""
 
 from mismatch.fit import Fit
-from mismatch.gained import chance, falls_short
+from mismatch.gained import SHORT_LOOKING, SIGNIFICANT, chance, falls_short
 from mismatch.places import Place, wherever
 from mismatch.simulation import Simulation
 from mismatch.verdict import Named
@@ -13,7 +13,9 @@ def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -
     found = []
     for one in effects:
         told = one.heldout_gain, one.expected_gain, one.scatter
-        if falls_short(*told, one.id in looking, len(effects)):
+        # What counts that are trusted less leave of a name may be no more than noise gains.
+        noise = one.p_value > SIGNIFICANT and one.heldout_gain < SHORT_LOOKING * one.expected_gain
+        if noise or falls_short(*told, one.id in looking, len(effects)):
             gained = f"gains {one.heldout_gain:.0f} on frames held out where {one.expected_gain:.0f} are due"
             p_value = chance(*told) * len(effects)
             sentence = f"{one.id} stands in for something else: it {gained}"

@@ -13,8 +13,8 @@ from physics.effects import find_effect
 NOBODY = SimpleNamespace(settings=())
 
 
-def named(name, gain, expected):
-    return Named(name, "It is there.", (), gain, 1e-9, expected, (), poisson_scatter(expected))
+def named(name, gain, expected, p_value=1e-9):
+    return Named(name, "It is there.", (), gain, p_value, expected, (), poisson_scatter(expected))
 
 
 @pytest.mark.parametrize(
@@ -35,6 +35,14 @@ def test_an_effect_that_looks_is_doubted_later(drawn, gain, doubted):
     setting = find_effect("interference").at(roaming=50)
     judged = SimpleNamespace(settings=(setting,), gain=1.0)
     assert len(doubts(drawn(1), judged, (named("interference", gain, 1900),))) == doubted
+
+
+@pytest.mark.parametrize(
+    ("gain", "expected", "p_value", "doubted"),
+    [(5, 30, 0.01, True), (5, 30, 1e-4, False), (18, 30, 0.01, False), (20, 16, 0.01, False)],
+)
+def test_a_name_that_noise_may_have_gained_is_to_gain_what_is_due(drawn, gain, expected, p_value, doubted):
+    assert len(doubts(drawn(1), NOBODY, (named("pile_up", gain, expected, p_value),))) == doubted
 
 
 def test_what_is_expected_is_as_uncertain_as_what_is_gained():
