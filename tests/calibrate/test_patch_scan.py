@@ -167,6 +167,7 @@ def test_dim_light_and_given_radius_give_the_same_centres():
         assert np.abs(other.y_px - bright.y_px).max() < 0.1
 
 
+@pytest.mark.usefixtures("every_core")
 def test_a_scan_gives_the_same_centres_twice_and_frames_are_read_sparingly():
     scan = Scan(centres())
     first = find_patches(scan, PLAN)

@@ -30,6 +30,7 @@ def true_value(name, values):
     return values[name][int(place.rstrip("]"))] if place else values[name]
 
 
+@pytest.mark.usefixtures("every_core")
 @pytest.mark.parametrize("name", ONE)
 def test_one_cause_is_named_and_measured(drawn, name):
     verdict = explain(drawn(5, name, **ONE[name])).verdict
@@ -144,6 +145,7 @@ def test_a_dead_zone_is_left_out(rig, simulated):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("every_core")
 def test_the_answer_is_the_same_twice(drawn):
     one, other = (explain(drawn(12, "ambient_pedestal", level=1.0)).verdict.to_json() for _ in range(2))
     one.pop("seconds"), other.pop("seconds")

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from physics.workers import in_parallel
 
+pytestmark = pytest.mark.usefixtures("every_core")
+
 
 @given(count=st.integers(0, 50), singly=st.booleans())
 def test_results_are_in_order(count, singly):
