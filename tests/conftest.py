@@ -11,7 +11,7 @@ from hypothesis import settings
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
-# Where processes test at once each keeps to a core of its own: threads of both on all cores take a third more work.
+# Where processes test at once each keeps to a core of its own: threads of both on all cores wait on each other.
 CORES = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
 
 # Positions of the published scan, 80 x 45 (Behari and Raskar 2026).
