@@ -119,6 +119,9 @@ def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():
     # Also where another way of being there, with a value for each, has come between.
     found[2].form.strengths = ("counts",)
     assert [one.gain for one in most_promising([*found, *alike])] == [9.0, 8.0, 7.0, 6.0]
+    # And where that has the same value for all.
+    found[2].form.own = ()
+    assert [one.gain for one in most_promising([*found, *alike])] == [9.0, 8.0, 7.0, 6.0]
 
 
 def test_each_way_of_being_there_is_tried():
