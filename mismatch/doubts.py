@@ -17,7 +17,7 @@ def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -
         noise = one.p_value > SIGNIFICANT and one.heldout_gain < SHORT_LOOKING * one.expected_gain
         if noise or falls_short(*told, one.id in looking, len(effects)):
             gained = f"gains {one.heldout_gain:.0f} on frames held out where {one.expected_gain:.0f} are due"
-            gained += ", and noise may gain as much" * noise
+            gained += ", and noise may gain as much" if noise else ""
             p_value = chance(*told) * len(effects)
             sentence = f"{one.id} stands in for something else: it {gained}"
             found.append(wherever(simulation, p_value, sentence))

@@ -127,8 +127,8 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
             effects.append(name)
         alike = [c.form for c in chosen if c.form.effect.id == name and c.form.looks == s.form.looks]
         same = [form for form in alike if form.strengths == s.form.strengths]
-        plain = len(alike) >= 2 and same and not s.form.own and all(form.own for form in same)
-        another = len(alike) < MOST_WAYS and all(form.strengths != s.form.strengths for form in alike)
+        plain = same and not s.form.own and all(form.own for form in same)
+        another = not same and len(alike) < MOST_WAYS
         if len(alike) < 2 or plain or another:
             chosen.append(s)
     return chosen

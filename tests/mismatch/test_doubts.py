@@ -42,7 +42,7 @@ def test_an_effect_that_looks_is_doubted_later(drawn, gain, doubted):
     [(5, 30, 0.01, True), (5, 30, 1e-4, False), (18, 30, 0.01, False), (20, 16, 0.01, False)],
 )
 def test_a_name_that_noise_may_have_gained_is_to_gain_what_is_due(drawn, gain, expected, p_value, doubted):
-    found = doubts(drawn(1), NOBODY, (named("pile_up", gain, expected, p_value),))
+    found = doubts(drawn(1), NOBODY, (named("pile_up", np.float64(gain), np.float64(expected), p_value),))
     assert len(found) == doubted
     assert all(place.sentence.endswith("30 are due, and noise may gain as much") for place in found)
 
