@@ -30,6 +30,8 @@ def surfaces_alone(light: Light, most: int) -> list[dict[str, float]]:
     many = int(material.max(initial=0))
     for k in range(1, 1 + min(most, many)) if many > 1 else ():
         there = material == k
+        if not there.any():  # It is seen in other frames alone.
+            continue
         alike = np.bincount(geometry[there])
         other = int(np.argmax(alike))
         shared, either = alike[other], there.sum() + (geometry == other).sum() - alike[other]

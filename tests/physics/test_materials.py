@@ -10,6 +10,7 @@ from physics.materials import materials, parts
 from physics.told_apart import BOTH, GEOMETRY, REFLECTANCE, numbers, surfaces_alone
 
 SHAPE = (3, 40, 50)
+INTRINSICS = np.array([[40.0, 0, 24.5], [0, 40.0, 19.5], [0, 0, 1]])
 ONE_THING = np.ones(SHAPE, np.int32)
 V, U = np.mgrid[: SHAPE[1], : SHAPE[2]]
 LEFT = np.broadcast_to(U < 30, SHAPE)
@@ -69,15 +70,22 @@ def test_parts_are_of_one_surface_and_one_material():
 
 
 def test_a_material_that_is_a_surface_is_looked_at_once():
-    intrinsics = np.array([[40.0, 0, 24.5], [0, 40.0, 19.5], [0, 0, 1]])
     bar = np.broadcast_to(np.abs(U - 20) < 8, SHAPE)
     depth = np.where(bar, 0.8, 1.6)
-    light = direct_light(depth, intrinsics, np.where(bar, 0.7, 0.3))
+    light = direct_light(depth, INTRINSICS, np.where(bar, 0.7, 0.3))
     assert surfaces_alone(light, 8) == [{"surface": k, "told_by": GEOMETRY} for k in (1, 2)]
-    light = direct_light(depth, intrinsics, np.where(LEFT, 0.7, 0.3))
+    light = direct_light(depth, INTRINSICS, np.where(LEFT, 0.7, 0.3))
     assert surfaces_alone(light, 8)[2:] == [{"surface": k, "told_by": REFLECTANCE} for k in (1, 2)]
     for by, told in ((GEOMETRY, light.surfaces), (REFLECTANCE, light.materials), (BOTH, light.pieces)):
         np.testing.assert_array_equal(numbers({"told_by": by}, light), told)
     some = light.of(np.array([2, 0]))
     np.testing.assert_array_equal(some.materials, light.materials[[2, 0]])
     np.testing.assert_array_equal(some.pieces, light.pieces[[2, 0]])
+
+
+def test_a_material_that_some_frames_do_not_show_is_none_of_theirs():
+    """Most of a thing, seen but in the last frame, which shows the rest of it alone."""
+    last = (np.arange(SHAPE[0]) == 2)[:, None, None]
+    light = direct_light(np.full(SHAPE, 1.6), INTRINSICS, np.where(last, 0.7, 0.3))
+    assert [one["told_by"] for one in surfaces_alone(light, 8)] == [GEOMETRY, REFLECTANCE, REFLECTANCE]
+    assert surfaces_alone(light.of(np.array([2])), 8) == [{"surface": 1.0, "told_by": GEOMETRY}]
