@@ -60,7 +60,8 @@ def by_frame(rows: Rows, weighted: np.ndarray) -> np.ndarray:
     frames = len(weighted)
     flat = weighted.reshape(frames, -1)
     if not issparse(rows):
-        return np.einsum("fc,nfc->nf", flat, rows.reshape(-1, *flat.shape))
+        each_frame = rows.reshape(-1, *flat.shape).transpose(1, 0, 2)
+        return np.matmul(each_frame, flat[..., None].astype(rows.dtype))[..., 0].T
     each = csr_array((weighted.ravel(), (np.arange(flat.size), np.repeat(np.arange(frames), flat.shape[1]))))
     return product(rows, each.T)
 

@@ -27,11 +27,10 @@ class Frames:
 
     def out(self, white: np.ndarray) -> np.ndarray:
         """Whitened (F·P·T, ...) less what the frames' gains could make."""
-        flat = white.reshape(len(self.norm), -1, *white.shape[1:])
-        signal = self.signal.reshape(len(self.norm), -1)
-        more = (..., *(None,) * (white.ndim - 1))
-        part = np.einsum("fc,fc...->f...", signal, flat)
-        return (flat - signal[more] * (part * self._taken[more])[:, None]).reshape(white.shape)
+        signal = self.signal.reshape(len(self.norm), -1, 1)
+        flat = white.reshape(*signal.shape[:2], -1)
+        part = np.matmul(signal.transpose(0, 2, 1), flat) * self._taken[:, None, None]
+        return (flat - signal * part).reshape(white.shape)
 
     def mixed(self, rows: Rows) -> np.ndarray:
         """(N, F) of which products are what gains take of the information of whitened rows."""
@@ -40,6 +39,19 @@ class Frames:
     def products(self, rows: Rows, others: Rows) -> np.ndarray:
         """(N, M) of whitened rows with others, as far as it is what `out` takes."""
         return (by_frame(rows, self.signal) * self._taken) @ by_frame(others, self.signal).T
+
+
+def orthonormal(columns: np.ndarray) -> np.ndarray:
+    """(C, K) directions of columns (C, N) of length 1, those that are one of the others left out.
+
+    By products of columns, in less time than a singular value decomposition takes; twice, as weak ones come out
+    orthogonal to half of their digits only (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya 2015, Electronic Transactions
+    on Numerical Analysis 44, 306).
+    """
+    squares, ways = np.linalg.eigh(columns.T @ columns)
+    strong = squares > SAME**2 * squares.max(initial=0)
+    found = columns @ (ways[:, strong] / np.sqrt(squares[strong]))
+    return found @ np.linalg.inv(np.linalg.cholesky(found.T @ found)).T
 
 
 class Directions:
@@ -63,8 +75,7 @@ class Directions:
         own = self._frames_out(rows.T)
         size = np.sqrt((own**2).sum(axis=0))
         own = own[:, size > TINY] / size[size > TINY]
-        u, s, _ = np.linalg.svd(own, full_matrices=False)
-        self._own = u[:, s > SAME * s.max(initial=0)]
+        self._own = orthonormal(own)
 
     @cached_property
     def written(self) -> np.ndarray | None:

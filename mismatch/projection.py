@@ -61,11 +61,7 @@ class Projection:
             mixed = _summed(axis, *(white * self.frames.signal)) / self.frames.norm[:, None]
             information = information - mixed.T @ mixed
         # Taking frames out is symmetric: it is done to the few that columns are multiplied with.
-        if self.own.written is None:
-            taken = self.own.taken(rows_of(axis, *white)).T
-        else:
-            own = self.own.written.T.reshape(-1, *self.shape)
-            taken = np.array([_summed(axis, *(white * one)).sum(axis=0) for one in own]).reshape(-1, len(before))
+        taken = self.own.taken(rows_of(axis, *white)).T
         residual = self.frames_out(self.residual).reshape(self.shape)
         promised = _summed(axis, *(white * residual)).sum(axis=0)
         return information - taken.T @ taken, promised, before
