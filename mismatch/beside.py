@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mismatch.fit import Fit
+from mismatch.fit import Fit, begin_beside
 from mismatch.projection import Projection
 from mismatch.simulation import Simulation
 
@@ -25,6 +25,7 @@ class Beside:
 
     def __init__(self, simulation: Simulation, fitted: Fit) -> None:
         self.simulation, self.fitted = simulation, fitted
+        begin_beside(simulation, fitted)
         self.projection = Projection(simulation, fitted)  # At once: threads share it.
 
     @property

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import norm
 
 from mismatch.descent import Descent
-from mismatch.fit import Fit, on_others, reached
+from mismatch.fit import Fit, begin_beside, expected_at, reached
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT, falls_short, gained, poisson_scatter
 from mismatch.pattern import drawn
@@ -151,6 +151,7 @@ def candidates_of(train: Simulation, test: Simulation, before: Fit, chosen: list
     def judged(i: int) -> Candidate:
         return candidate(train, test, before, chosen[i], reached(descents[i]))
 
+    begin_beside(test, before)
     descents = train.each(begun, chosen)
     prices = [least_cost(train, descent.forms) for descent in descents]
     left = race(descents, prices)
@@ -175,15 +176,14 @@ def candidate(train: Simulation, test: Simulation, before: Fit, found: Score, fi
     """A form that was fitted beside those of a fit, judged on other frames."""
     won = gained(test, before, fitted)
     criterion = fitted.deviance + cost(train, fitted)
-    heldout = on_others(test, fitted)[1]
     away = elsewhere(test, before, fitted) if before.forms else 1.0
-    return Candidate(found, fitted, criterion, heldout, won.z, won.observed, won.expected, won.scatter, away)
+    return Candidate(found, fitted, criterion, won.deviance, won.z, won.observed, won.expected, won.scatter, away)
 
 
 def elsewhere(test: Simulation, before: Fit, fitted: Fit) -> float:
     """Part of the last effect's change, by deviance, in cells that it changes by more than those before it do."""
-    now = on_others(test, before)[0]
+    now, then = (expected_at(test, one.forms, one.x) for one in (before, fitted))
     theirs = np.abs(now - test.expected(before.gain))
-    its = np.abs(on_others(test, fitted)[0] - test.expected(fitted.gain, fitted.settings[:-1]))
+    its = np.abs(then - test.expected(fitted.gain, fitted.settings[:-1]))
     size = its**2 / np.maximum(now, LEAST)
     return float(size[its > theirs].sum() / max(size.sum(), LEAST))

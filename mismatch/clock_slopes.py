@@ -7,6 +7,7 @@ import numpy as np
 
 from calibrate.impulse.cells import in_steps
 from mismatch.fit import fit_nominal
+from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 from physics.arrivals import arrivals
 from physics.clock import Clock
@@ -49,6 +50,7 @@ def clock_slopes(simulation: Simulation, gain: float) -> np.ndarray | None:
         for zone in range(zones):
             if simulation.dead is None or not simulation.dead[zone]:
                 changes = np.moveaxis(in_steps(part, zone) @ ways, 2, 0)
+                changes[np.abs(changes) < LEAST] = 0.0
                 found[: len(pieces), some, zone], found[len(pieces) + zone, some, zone] = changes[:-1], changes[-1]
     return found[found.any(axis=(1, 2, 3))]
 

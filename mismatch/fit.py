@@ -71,6 +71,7 @@ class Fit:
         part = self.simulation.remembered.part(self.simulation, chosen)
         expected, nuisances = self.expected[chosen], Nuisances(part, self.frame_gain_sigma)
         deviance = deviance_at(nuisances, self.forms, self.x, expected)
+        nuisances.remember()
         found = replace(self, simulation=part, expected=expected, deviance=deviance)
         vars(found)["_derivatives"] = of_frames(self.columns.T, len(self.expected), chosen).T, None
         return found
@@ -143,6 +144,14 @@ def _there(descent: Descent) -> Fit:
     return Fit(gain, descent.forms, x, descent.expected, descent.deviance, sigma, descent.simulation)
 
 
+def begin_beside(simulation: Simulation, fitted: Fit) -> None:
+    """Fits of these frames are to begin with an estimated clock as it is beside this one."""
+    if simulation.loose is not None:
+        nuisances = Nuisances(simulation, fitted.frame_gain_sigma)
+        nuisances.settled(expected_at(simulation, fitted.forms, fitted.x))
+        nuisances.remember()
+
+
 def fit_nominal(simulation: Simulation, sigma: float = 0.0) -> Fit:
     """The model with nothing but its gain fitted."""
     light = simulation.expected(1.0) - simulation.expected(1e-12)
@@ -150,7 +159,10 @@ def fit_nominal(simulation: Simulation, sigma: float = 0.0) -> Fit:
     if not light.sum() > 0:
         raise Refusal("no zone sees any light of the scene inside its window, expected maps and geometry that meet")
     gain = max(float(signal / light.sum()), 1e-12)
-    return fit(simulation, (), np.array([np.log(gain)]), sigma)
+    found = fit(simulation, (), np.array([np.log(gain)]), sigma)
+    if simulation.remembered.clock is None:
+        begin_beside(simulation, found)
+    return found
 
 
 def on_others(simulation: Simulation, fitted: Fit) -> tuple[np.ndarray, float]:

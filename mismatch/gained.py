@@ -24,13 +24,15 @@ class Gained:
     """Of a fit, over one with less in it.
 
     observed: deviance gained. expected: what it should be were the fuller one right, and scatter: its standard
-    deviation then. z: how many standard deviations the change it makes stands out of the noise.
+    deviation then. z: how many standard deviations the change it makes stands out of the noise. deviance: of the fuller
+    one.
     """
 
     observed: float
     expected: float
     z: float
     scatter: float
+    deviance: float
 
 
 def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
@@ -59,7 +61,7 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
     # Each parameter has fitted noise of other frames, too: it makes the fuller one look farther away by one, and gain
     # one less. Numbers that are drawn are shrunk by as much.
     expected = max(expected - 2.0 * (more.numbers - less.numbers), 0.0)
-    return Gained(before - after, expected, z, max(scatter, poisson_scatter(expected)))
+    return Gained(before - after, expected, z, max(scatter, poisson_scatter(expected)), after)
 
 
 def poisson_scatter(expected: float) -> float:

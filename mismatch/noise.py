@@ -19,14 +19,20 @@ class Nuisances:
     with b normal of mean 0 and standard deviation 1. Neither has a name; both are at their best wherever models are
     compared (Pawitan 2001, In All Likelihood, section 17: penalised, as random effects are).
 
-    It remembers where the clock was, as models that are compared one after the other differ by little.
+    It remembers where the clock was, as models that are compared one after the other differ by little; and begins where
+    `remember` was told last that it is.
     """
 
     def __init__(self, simulation: Simulation, sigma: float) -> None:
         """Of a simulation. sigma: relative, of frames' gains."""
         self.simulation, self.sigma = simulation, sigma
         self._last: tuple[np.ndarray, Settled] | None = None
-        self._near: np.ndarray | None = None
+        self._begin, self._near = simulation.remembered.clock or (None, None)
+
+    def remember(self) -> None:
+        """Others of this simulation are to begin where the clock is. Not where several are made at once."""
+        if self._last is not None and self._near is not None:
+            self.simulation.remembered.clock = self._last[1].b, self._near
 
     def settled(self, expected: np.ndarray) -> Settled:
         """Expected counts (F, P, T) with an estimated clock at its best."""
@@ -47,7 +53,8 @@ class Nuisances:
             there = changed(expected, (b.astype(loose.dtype) @ loose).reshape(expected.shape), b)
             return self._cost(there), there
 
-        starts = [np.zeros(len(loose)), *([] if self._last is None else [self._last[1].b])]
+        before = self._begin if self._last is None else self._last[1].b
+        starts = [np.zeros(len(loose)), *([] if before is None else [before])]
         lowest, now = min((at(b) for b in starts), key=lambda start: start[0])
         due = np.inf
         for _ in range(TURNS):
@@ -69,23 +76,31 @@ class Nuisances:
 
     def _cost(self, settled: Settled) -> float:
         """Deviance with the frames' own gains at their best, b² for each number of the clock and u²/σ² for each."""
-        mean, b = settled.mean, settled.b
-        total = float(deviance(self.simulation.counts, self._with_gains(mean)).sum() + b @ b)
-        return total + (float((self.best(mean) ** 2).sum()) / self.sigma**2 if self.sigma else 0.0)
-
-    def _pieces(self, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Signal (F, P, T), and by frame (F,) the score of u and its information, prior included."""
-        mean = np.maximum(expected, LEAST)
-        signal = np.maximum(expected - self.simulation.dark, 0)
-        score = (signal * (self.simulation.counts / mean - 1)).sum(axis=(1, 2))
-        return signal, score, (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
+        mean, b, u = settled.mean, settled.b, self.best(settled.mean)
+        total = float(deviance(self.simulation.counts, self._with(mean, u)).sum() + b @ b)
+        return total + (float((u**2).sum()) / self.sigma**2 if self.sigma else 0.0)
 
     def best(self, expected: np.ndarray) -> np.ndarray:
-        """(F,) most likely u."""
+        """(F,) most likely u: a step of scoring, and one of Newton from there."""
+        u = np.zeros(len(expected))
         if not self.sigma:
-            return np.zeros(len(expected))
-        _, score, information = self._pieces(expected)
-        return np.clip(score / information, -0.9, 9)
+            return u
+        counts, signal, prior = self.simulation.counts, self._signal(expected), 1 / self.sigma**2
+        for observed in (False, True):
+            mean = np.maximum(self._with(expected, u), LEAST)
+            each = signal / mean
+            score = (each * counts).sum(axis=(1, 2)) - signal.sum(axis=(1, 2)) - u * prior
+            bend = (each**2 * counts if observed else each * signal).sum(axis=(1, 2)) + prior
+            u = np.clip(u + score / bend, -0.9, 9)
+        return u
+
+    def _signal(self, expected: np.ndarray) -> np.ndarray:
+        """(F, P, T) of expected counts what a laser sent."""
+        return np.maximum(expected - self.simulation.dark, 0)
+
+    def _with(self, expected: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """(F, P, T) expected counts with gains of the frames."""
+        return expected + u[:, None, None] * self._signal(expected) if self.sigma else expected
 
     def applied(self, expected: np.ndarray) -> np.ndarray:
         """(F, P, T) expected counts with the clock and the frames' own gains at their best."""
@@ -93,9 +108,7 @@ class Nuisances:
 
     def _with_gains(self, expected: np.ndarray) -> np.ndarray:
         """(F, P, T) expected counts with the frames' own gains at their best."""
-        if not self.sigma:
-            return expected
-        return expected + self.best(expected)[:, None, None] * np.maximum(expected - self.simulation.dark, 0)
+        return self._with(expected, self.best(expected))
 
     def deviance(self, expected: np.ndarray) -> float:
         """Deviance with the clock and the frames' own gains at their best, b² for each number and u²/σ² for each."""
@@ -142,23 +155,29 @@ class Nuisances:
         return np.linalg.inv(self._information(now.mean, now.mean, loose) + np.eye(len(loose)))
 
     def _score(self, expected: np.ndarray, rows: Rows, slope: np.ndarray | float = 1.0) -> np.ndarray:
-        """(N,) of changes (N, F·P·T) times a slope of each cell, the frames' gains projected out."""
-        mean = np.maximum(expected, LEAST)
-        score = rows @ (slope * (self.simulation.counts / mean - 1)).ravel().astype(rows.dtype)
-        if not self.sigma:
-            return score
-        signal, own, information = self._pieces(expected)
-        return score - by_frame(rows, slope * signal / mean) @ (own / information)
+        """(N,) of changes (N, F·P·T) times a slope of each cell, the frames' gains at their best."""
+        u = self.best(expected)
+        counts, mean = self.simulation.counts, self._with(expected, u)
+        left = counts / np.maximum(mean, LEAST) - 1
+        # A cell that is empty as it should be is no emptier for less light (`poisson.deviance`).
+        left[(mean < LEAST) & (counts == 0)] = 0.0
+        # Where gains are at their best what changes them changes nothing.
+        left *= np.where(expected > self.simulation.dark, 1 + u[:, None, None], 1.0)
+        return rows @ (slope * left).ravel().astype(rows.dtype)
 
     def _information(
         self, expected: np.ndarray, mean: np.ndarray, rows: Rows, others: Rows | None = None
     ) -> np.ndarray:
         """(N, M) of changes (N, F·P·T) and (M, F·P·T), by photons that scatter about `mean`, and the frames' gains."""
-        mean, others = np.maximum(mean, LEAST), rows if others is None else others
-        weighted = scaled(rows, (1 / mean).ravel().astype(rows.dtype)).astype(others.dtype, copy=False)
-        information = product(weighted, others)
+        mean = np.maximum(mean, LEAST)
+        if others is None:
+            white = scaled(rows, (1 / np.sqrt(mean)).ravel().astype(rows.dtype))
+            information, others = product(white, white), rows
+        else:
+            weighted = scaled(rows, (1 / mean).ravel().astype(rows.dtype)).astype(others.dtype, copy=False)
+            information = product(weighted, others)
         if self.sigma:
-            signal = np.maximum(expected - self.simulation.dark, 0)
+            signal = self._signal(expected)
             each = (signal**2 / mean).sum(axis=(1, 2)) + 1 / self.sigma**2
             mixed = by_frame(rows, signal / mean)
             theirs = mixed if others is rows else by_frame(others, signal / mean)

@@ -45,12 +45,14 @@ class Slopes:
 class Remembered:
     """Changes of expected counts by what made them, beside counts that were expected without.
 
-    slopes: of patches there, None if there were none. parts: some of the frames, by which they are.
+    slopes: of patches there, None if there were none. parts: some of the frames, by which they are. clock: where one
+    that was estimated was, (K,) in standard deviations of its numbers, and the inverse of their information (K, K).
     """
 
     beside: np.ndarray | None = None
     changes: dict[Hashable, np.ndarray] = field(default_factory=dict)
     slopes: Slopes | None = None
+    clock: tuple[np.ndarray, np.ndarray] | None = None
     parts: dict[bytes, "Simulation"] = field(default_factory=dict)
     _numbers: int = 0
     _lock: threading.Lock = field(default_factory=threading.Lock)
