@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from mismatch.directions import Directions, Frames
+from mismatch.directions import Directions, Frames, orthonormal
 
 SHAPE = (4, 2, 6)
 CELLS = 48
@@ -59,3 +61,22 @@ def test_directions_are_those_of_the_rows(made, kind):
     np.testing.assert_allclose(found.products(sparse), found.products(sparse.toarray()), atol=1e-9)
     np.testing.assert_allclose(found.taken(sparse), found.taken(sparse.toarray()), atol=1e-9)
     assert (found.written is None) == (kind is csr_array)
+
+
+@given(st.integers(0, 1000), st.floats(-9, -1))
+def test_columns_that_are_nearly_others_count_or_do_not_and_never_spoil_the_rest(seed, apart):
+    """As a singular value decomposition has them; at the border either is right."""
+    columns = np.random.default_rng(seed).normal(size=(CELLS, 6))
+    columns[:, 4] = columns[:, 0] - columns[:, 1] + 10**apart * columns[:, 4]
+    columns /= np.linalg.norm(columns, axis=0)
+    found = orthonormal(columns)
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    u = u[:, : found.shape[1]]
+    np.testing.assert_allclose(found.T @ found, np.eye(found.shape[1]), atol=1e-12)
+    np.testing.assert_allclose(found @ (found.T @ u), u, atol=1e-8)
+    clear = (s > 2e-6 * s[0]).sum(), (s > 5e-7 * s[0]).sum()
+    assert clear[0] <= found.shape[1] <= clear[1]
+
+
+def test_of_no_columns_there_are_no_directions():
+    assert orthonormal(np.zeros((CELLS, 0))).shape == (CELLS, 0)

@@ -75,3 +75,29 @@ def test_a_model_is_judged_alike_whatever_came_before(missing):
     for factor in (0.5, 2.0, 1.1):
         after.deviance(factor * expected)
     assert after.deviance(expected) == pytest.approx(fresh, abs=0.05)
+
+
+def test_those_that_follow_begin_where_the_clock_was(missing, monkeypatch):
+    """They come to the same, and the information of the clock is not asked for again."""
+    simulation, expected = missing
+    first = Nuisances(simulation, 0.02)
+    reached = first.deviance(expected)
+    asked, inverse = [], Nuisances._inverse
+
+    def counted(self, now):
+        asked.append(now)
+        return inverse(self, now)
+
+    monkeypatch.setattr(Nuisances, "_inverse", counted)
+    assert Nuisances(simulation, 0.02).deviance(expected) == pytest.approx(reached, abs=0.05)
+    assert asked
+    asked.clear()
+    first.remember()
+    assert Nuisances(simulation, 0.02).deviance(expected) == pytest.approx(reached, abs=0.05)
+    assert not asked
+
+
+def test_before_anything_was_asked_there_is_nothing_to_remember(missing):
+    simulation, _ = missing
+    Nuisances(simulation, 0.0).remember()
+    assert simulation.remembered.clock is None
