@@ -6,6 +6,7 @@ import numpy as np
 from scipy.linalg import solve
 from scipy.special import chdtrc, gammaln
 
+from mismatch.bounded import bounded_least_squares
 from mismatch.columns import OF_ZONES
 from mismatch.coordinate import to_coordinate
 from mismatch.fit import Fit
@@ -95,10 +96,7 @@ def score_by(projection: Projection, form: Form, changes: np.ndarray) -> Score |
     if form.own:
         information, promised, before = projection.divided(changes, _axis(form))
     else:
-        each = changes.reshape(len(changes), -1).T
-        white = projection.whitened(each)
-        information, promised = white.T @ white, white.T @ projection.residual
-        before = ((each * projection.root[:, None]) ** 2).sum(axis=0)
+        information, promised, before = projection.products(changes)
     kept = (np.diag(information) > LEFT**2 * before) & (before > TINY)
     if not kept.any():
         return None
@@ -146,21 +144,6 @@ def amplitude_bounds(form: Form, count: int) -> tuple[np.ndarray, np.ndarray]:
     if form.own:
         return np.max(lows, axis=0), np.min(highs, axis=0)
     return np.concatenate(lows), np.concatenate(highs)
-
-
-def bounded_least_squares(
-    information: np.ndarray, promised: np.ndarray, low: np.ndarray, high: np.ndarray, start: np.ndarray
-) -> np.ndarray:
-    """Maximum of 2·a·b - a·A·a within bounds, coordinate by coordinate."""
-    a = start.copy()
-    for _ in range(50):
-        before = a.copy()
-        for i in range(len(a)):
-            if information[i, i] > 0:
-                a[i] = np.clip(a[i] + (promised[i] - information[i] @ a) / information[i, i], low[i], high[i])
-        if np.abs(a - before).max() < 1e-6:
-            break
-    return a
 
 
 def suggests(form: Form, parameter: Parameter) -> bool:

@@ -11,7 +11,7 @@ from scipy.stats import poisson
 from mismatch.fit import fit_nominal
 from mismatch.form import forms_of
 from mismatch.projection import Projection
-from mismatch.score import bounded_least_squares, log_chance, score, start_of
+from mismatch.score import log_chance, score, start_of
 from physics.effects import find_effect
 
 from .conftest import BACKGROUND, BINS, FRAMES, ZONES
@@ -133,16 +133,6 @@ def test_amplitudes_stay_within_the_bounds_of_their_parameters(simulated, rig):
     found = scored(below, form_of("ambient_pedestal"))
     assert found.amplitude == pytest.approx([0.0])
     assert found.gain == 0
-
-
-def test_bounded_least_squares_is_the_best_on_a_grid():
-    matrix, right = np.array([[2.0, 0.9], [0.9, 1.0]]), np.array([1.0, -0.6])
-    low, high = np.array([0.0, -0.5]), np.array([2.0, 3.0])
-    found = bounded_least_squares(matrix, right, low, high, np.zeros(2))
-    axes = [np.linspace(a, b, 701) for a, b in zip(low, high, strict=True)]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    value = 2 * grid @ right - np.einsum("...i,ij,...j->...", grid, matrix, grid)
-    np.testing.assert_allclose(found, grid.reshape(-1, 2)[value.argmax()], atol=0.005)
 
 
 def test_chances_too_small_for_a_number_still_have_an_order():
