@@ -75,13 +75,13 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
     away = x[which] - nothing
     rises = held(forms)[which] * away
     score = alone @ away + rises
-    _, square, shape = min((_likeliest(shape, alone, score) for shape in _shapes(forms)), key=lambda found: found[0])
+    found = (_likeliest(shape, alone, score) for shape in _shapes(forms))
+    _, square, told, shape = min(found, key=lambda one: one[0])
     precision = np.linalg.inv(shape) / square
     pull = np.zeros(len(x))
     pull[which] = precision @ away - rises
     prior = Pattern(which, float(np.sqrt(square)), precision, 0.0, 0.0).prior(len(x))
     there = x - _solved(information + prior, pull, which, rest)
-    told, _ = _seen(shape, alone, score)
     wider, left = 1 + square * told, there[which] - nothing
     price = float(np.log(wider).sum() + left @ precision @ left)
     return there, Pattern(which, float(np.sqrt(square)), precision, price, float((square * told / wider).sum()))
@@ -128,8 +128,13 @@ def _seen(shape: np.ndarray, information: np.ndarray, score: np.ndarray) -> tupl
     return np.maximum(told, 0.0), ways.T @ root.T @ score
 
 
-def _likeliest(shape: np.ndarray, information: np.ndarray, score: np.ndarray) -> tuple[float, float, np.ndarray]:
-    """Minus twice the logarithm of the likelihood at the likeliest width, up to a constant; its square; the shape."""
+def _likeliest(
+    shape: np.ndarray, information: np.ndarray, score: np.ndarray
+) -> tuple[float, float, np.ndarray, np.ndarray]:
+    """Minus twice the logarithm of the likelihood at the likeliest width, up to a constant; its square.
+
+    And what information there is of each independent number (K,), of which the shape makes these; the shape.
+    """
     told, promised = _seen(shape, information, score)
 
     def loss(log_width: float) -> float:
@@ -140,4 +145,4 @@ def _likeliest(shape: np.ndarray, information: np.ndarray, score: np.ndarray) ->
 
     seen = -0.5 * np.log(max(told.max(initial=0.0), 1e-12))
     found = minimize_scalar(loss, bounds=(seen + np.log(LEAST), seen + np.log(MOST)), method="bounded")
-    return float(found.fun), float(np.exp(2 * found.x)), shape
+    return float(found.fun), float(np.exp(2 * found.x)), told, shape
