@@ -1,12 +1,17 @@
 """Steps of a fit: damped scoring within the bounds of the coordinates."""
 
 import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import spsolve
 
 from mismatch.coordinate import bounds
 from mismatch.form import Form
 
 # No light is that many times brighter or fainter than counts are few: beyond, numbers would overflow.
 MOST_LOG_GAIN = 230.0
+# Matrices of more numbers than these are asked first how much of them is filled, and solved as sparse below this part.
+MANY, FILLED = 200, 0.1
 
 
 def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:
@@ -18,14 +23,27 @@ def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:
         free = ~held
         if not free.any():
             return step
-        matrix = curvature[np.ix_(free, free)] + np.diag(damping * scale[free] + 1e-9 * max(scale.max(), 1e-30))
+        matrix = curvature[np.ix_(free, free)]
+        np.einsum("ii->i", matrix)[:] += damping * scale[free] + 1e-9 * max(scale.max(), 1e-30)
         step[:] = 0
-        step[free] = np.linalg.solve(matrix, gradient[free])
+        step[free] = solved(matrix, gradient[free])
         beyond = free & (((x <= low) & (step < 0)) | ((x >= high) & (step > 0)))
         if not beyond.any():
             return step
         held |= beyond
     return step
+
+
+def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """(N,) solution of a positive (N, N) matrix. Where each cell of a frame has its own number it is mostly nothing."""
+    if len(right) > MANY:
+        if np.count_nonzero(matrix) < FILLED * matrix.size:
+            return spsolve(csc_array(matrix), right)
+        try:
+            return cho_solve(cho_factor(matrix, check_finite=False), right, check_finite=False)
+        except LinAlgError:  # Positive but for rounding.
+            pass
+    return np.linalg.solve(matrix, right)
 
 
 def limits(forms: tuple[Form, ...]) -> tuple[np.ndarray, np.ndarray]:
