@@ -41,13 +41,6 @@ class Projection:
         """A change of expected counts (F·P·T, ...), whitened and projected."""
         return self.own.out(self.frames_out(change * self.root[(..., *(None,) * (change.ndim - 1))]))
 
-    def products(self, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of changes (M, F, P, T): (M, M) information and (M,) score, projected; and (M,) information before that."""
-        each = change.reshape(len(change), -1) * self.root
-        white = self.frames_out(each.T).T
-        taken = self.own.products(white)
-        return white @ white.T - taken @ taken.T, white @ self.residual, (each**2).sum(axis=1)
-
     def divided(self, change: np.ndarray, axis: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Changes of which each zone, bin or edge, or those of each zone, has its own multiple, M of them.
 

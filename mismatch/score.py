@@ -96,7 +96,10 @@ def score_by(projection: Projection, form: Form, changes: np.ndarray) -> Score |
     if form.own:
         information, promised, before = projection.divided(changes, _axis(form))
     else:
-        information, promised, before = projection.products(changes)
+        each = changes.reshape(len(changes), -1).T
+        white = projection.whitened(each)
+        information, promised = white.T @ white, white.T @ projection.residual
+        before = ((each * projection.root[:, None]) ** 2).sum(axis=0)
     kept = (np.diag(information) > LEFT**2 * before) & (before > TINY)
     if not kept.any():
         return None
