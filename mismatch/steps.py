@@ -41,7 +41,7 @@ def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
             return spsolve(csc_array(matrix), right)
         try:
             return cho_solve(cho_factor(matrix, check_finite=False), right, check_finite=False)
-        except LinAlgError:  # Positive but for rounding.
+        except LinAlgError:  # Positive but for rounding, which elimination bears.
             pass
     return np.linalg.solve(matrix, right)
 
