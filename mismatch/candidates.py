@@ -136,8 +136,12 @@ def strain(simulation: Simulation, fitted: Fit) -> float:
     return STRAINED * sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
 
 
-def candidates_of(train: Simulation, test: Simulation, before: Fit, chosen: list[Score]) -> list[Candidate]:
+def candidates_of(
+    train: Simulation, test: Simulation, before: Fit, chosen: list[Score], least: float = np.inf
+) -> list[Candidate]:
     """Forms beside those of a fit, fitted on some frames and judged on others, best first.
+
+    least: criterion of another, which they are to come near.
 
     Those that cannot come near the best are not fitted to the end, unless none of the others stands out. The best is
     fitted as its other way has it, too: what scores promise far from where they are true may be off by more than such
@@ -151,16 +155,22 @@ def candidates_of(train: Simulation, test: Simulation, before: Fit, chosen: list
     def judged(i: int) -> Candidate:
         return candidate(train, test, before, chosen[i], reached(descents[i]))
 
+    if not chosen:
+        return []
     begin_beside(test, before)
     descents = train.each(begun, chosen)
     prices = [least_cost(train, descent.forms) for descent in descents]
-    left = race(descents, prices)
+    left = race(descents, prices, least)
     best = min(range(len(chosen)), key=lambda i: descents[i].deviance + prices[i])
     if chosen[best].other is not None:
         chosen = [*chosen, chosen[best].other]
         descents.append(begun(chosen[-1]).run())
     made = train.each(judged, range(len(chosen)))
-    if left and not any(made[i].stands_out(len(chosen)) for i in range(len(chosen)) if i not in left):
+    if (
+        left
+        and least == np.inf
+        and not any(made[i].stands_out(len(chosen)) for i in range(len(chosen)) if i not in left)
+    ):
         train.each(lambda i: descents[i].run(), left)
         made = train.each(judged, range(len(chosen)))
     return sorted(made, key=lambda c: c.criterion)

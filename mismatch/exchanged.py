@@ -9,19 +9,11 @@ from mismatch.candidates import Candidate, candidate, candidates_of
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
+from mismatch.promising import candidates_among
 from mismatch.ranking import ranked
 from mismatch.refined import enriched
 from mismatch.rivals import evidence
-from mismatch.selection import (
-    MOST_EFFECTS,
-    Round,
-    coordinates,
-    most_promising,
-    onward,
-    others_than,
-    to_be_gained,
-    without,
-)
+from mismatch.selection import MOST_EFFECTS, Round, coordinates, onward, others_than, without
 from mismatch.simulation import Simulation
 
 # Part of what an effect gains beside the others that another must promise to be fitted in its place.
@@ -138,10 +130,11 @@ def _in_place_of(
     promising = [s for s in scores if s.gain > least and s.log_p < np.log(SIGNIFICANT / tried)]
     if not promising:
         return None
-    chosen = most_promising(promising, to_be_gained(less))
     if itself:
         # What its forms promise where they begin tells them from others, and hardly from each other.
-        chosen = list({(s.form.free, s.form.own): s for s in reversed(promising)}.values())
-    candidates = candidates_of(train, test, less, chosen)
+        each = {(s.form.free, s.form.own): s for s in reversed(promising)}
+        candidates = candidates_of(train, test, less, list(each.values()))
+    else:
+        candidates = candidates_among(train, test, less, promising)
     likeliest = max(candidates, key=lambda candidate: evidence(train, test, candidate.fit))
     return Round(less, tuple(scores), tried, tuple(candidates), likeliest)

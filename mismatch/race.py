@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from mismatch.descent import MOST_STEPS, Descent
 
 # Steps after which it is looked who is still in the race: the first tell little.
@@ -11,10 +13,10 @@ HEATS = (2, 2, 3, 4, 6, MOST_STEPS)
 BEYOND, BEYOND_PART = 120.0, 0.1
 
 
-def race(descents: Sequence[Descent], prices: Sequence[float]) -> list[int]:
+def race(descents: Sequence[Descent], prices: Sequence[float], least: float = np.inf) -> list[int]:
     """Run descents of one simulation to their ends, but for those that cannot come near the best. Which were left.
 
-    prices: deviance that each must gain beside the others for its parameters.
+    prices: deviance that each must gain beside the others for its parameters. least: what another came to with its.
     """
     running = list(range(len(descents)))
     left: list[int] = []
@@ -24,6 +26,7 @@ def race(descents: Sequence[Descent], prices: Sequence[float]) -> list[int]:
             break
         descents[0].simulation.each(lambda i, steps=steps: descents[i].run(steps), running)
         best = min(descent.deviance + price for descent, price in zip(descents, prices, strict=True))
+        best = min(best, least)
         near = best + max(BEYOND, BEYOND_PART * (began - best))
         running = [i for i in running if not descents[i].over]
         left += [i for i in running if descents[i].hoped + prices[i] > near]

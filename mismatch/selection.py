@@ -4,30 +4,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mismatch.candidates import Candidate, candidates_of, cost, price
+from mismatch.candidates import Candidate, cost, price
 from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.fluctuation import frame_gain_sigma
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
-from mismatch.poisson import expected_deviance
+from mismatch.promising import MOST_FITTED, candidates_among
 from mismatch.ranking import ranked
 from mismatch.refined import refined
 from mismatch.score import Score
 from mismatch.simulation import Simulation
 
 MOST_EFFECTS = 3
-# Standard deviations by which noise may leave more to be gained.
-SCATTER = 3.0
-# So many effects are fitted in full; what ranks lower by the score test is left, unless it promises nearly as much as
-# any does.
-FITTED, CLOSE = 6, 0.75
-# Where none of them stands out the next are fitted, until so many forms were.
-MOST_FITTED = 12
-# Ways in which one effect is fitted.
-MOST_WAYS = 4
-# Forms that promise less than this part of the most that any promises are left.
-PROMISING = 0.3
 # Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it; and
 # no more than this deviance: zones exchanged may gain a million.
 EXACT, MOST_EXACT = 0.25, 5000.0
@@ -75,12 +64,11 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
         candidates: list[Candidate] = []
         best = None
         while significant and best is None and len(candidates) < MOST_FITTED:
-            chosen = most_promising(significant, to_be_gained(now))
-            found = candidates_of(train, test, now, chosen)
+            found = candidates_among(train, test, now, significant, len(candidates))
             candidates += found
             best = next((c for c in found if c.stands_out(len(candidates))), None)
             # A score far from where it is true promises what no fit keeps, and hides what others promise.
-            fitted = {s.form.effect.id for s in chosen}
+            fitted = {c.form.effect.id for c in found}
             significant = [s for s in significant if s.form.effect.id not in fitted]
         won = sum(_leaving(one.chosen) for one in rounds if one.chosen is not None)
         if best is not None and now.forms and (best.is_minor(won) or best.criterion > now.deviance + cost(train, now)):
@@ -102,42 +90,6 @@ def others_than(fitted: Fit, forms: list[Form]) -> list[Form]:
     """Forms of effects that are not in a fit."""
     taken = {form.effect.id for form in fitted.forms}
     return [form for form in forms if form.effect.id not in taken]
-
-
-def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
-    """For each of the effects that promise most two of its forms that promise most; and of its forms that look, too.
-
-    And one of the same value in all zones, where these have a value for each: it promises less, and costs less. And
-    one in each other way of being there, of other strengths: what they promise where they begin tells little of where
-    they end.
-
-    most: deviance that there is to be gained, which scores far from where they are true surpass, most of all where
-    few counts are expected. Forms that look do not: what they promise they have gained.
-    """
-    effects: list[str] = []
-    chosen = []
-    best = min(max((s.beyond_noise for s in scores), default=0.0), most)
-    for s in scores:
-        if s.beyond_noise < PROMISING * best:
-            continue
-        name = s.form.effect.id
-        if name not in effects:
-            if len(effects) >= (MOST_FITTED if s.beyond_noise > CLOSE * best else FITTED):
-                continue
-            effects.append(name)
-        alike = [c.form for c in chosen if c.form.effect.id == name and c.form.looks == s.form.looks]
-        same = [form for form in alike if form.strengths == s.form.strengths]
-        plain = same and not s.form.own and all(form.own for form in same)
-        another = not same and len(alike) < MOST_WAYS
-        if len(alike) < 2 or plain or another:
-            chosen.append(s)
-    return chosen
-
-
-def to_be_gained(fitted: Fit) -> float:
-    """Deviance of a fit beyond what noise makes, and as much more as that may scatter."""
-    mean, variance = (float(of.sum()) for of in expected_deviance(fitted.expected))
-    return max(fitted.deviance - mean, 0.0) + SCATTER * np.sqrt(variance)
 
 
 def without(simulation: Simulation, fitted: Fit, form: Form, most_steps: int = MOST_STEPS) -> Fit:

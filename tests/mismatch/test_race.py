@@ -46,6 +46,17 @@ def test_what_cannot_win_is_left_and_the_best_is_as_if_alone(drawn):
             assert descent.deviance == alone[i].deviance
 
 
+def test_what_comes_nowhere_near_another_is_left(drawn):
+    """As in one race with it; what would come near runs to its end."""
+    simulation = drawn(2, "impulse_tail", share=0.2, tau=6e-10)
+    tail, pedestal = begun(simulation, "impulse_tail", "ambient_pedestal")
+    best = fit(simulation, tail.forms, tail.x).deviance
+    assert race([pedestal], [0.0], best) == [0]
+    assert race([tail], [0.0], best) == []
+    assert tail.over
+    assert reached(tail).deviance == best
+
+
 def test_hope_is_no_less_than_what_a_fit_comes_to(drawn):
     simulation = drawn(3, "time_zero_offset", delay=1e-10)
     (descent,) = begun(simulation, "time_zero_offset")
