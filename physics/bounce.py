@@ -26,11 +26,11 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numba import njit
 from scipy.constants import speed_of_light
 
 from physics.arrivals import delayed
 from physics.clock import Clock
+from physics.exchange import exchange
 from physics.footprint import Footprints
 from physics.kept import kept_by_frame, kept_with_scene
 from physics.light import Light
@@ -42,8 +42,6 @@ CELLS = 400
 # Bounces are added up for so many bins at a time: a longer pulse seldom needs more.
 WHOLE = 32
 OUTSIDE = -1
-# Product of the cosines between rough surfaces.
-ROUGH = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +109,10 @@ def _of_frame(light: Light, i: int, footprints: Footprints, clock: Clock, aimed:
     inside = label != OUTSIDE
     received = weights[inside] * light.assumed_reflectance[i].ravel()[pixels[inside], None]
     response = np.stack([np.bincount(label[inside], zone, len(made.area_m2)) for zone in received.T], axis=1)
-    together = np.zeros((lattice.size, response.shape[1]))
+    out = np.zeros((response.shape[1], lattice.size))
     geometry = made.point_m, made.normal, made.area_m2, made.sent_sr
-    _exchange(*geometry, response, rough, 2 / speed_of_light / lattice.step_s, offset, together)
-    return together.T
+    exchange(*geometry, response, rough, 1 / speed_of_light / lattice.step_s, offset, out)
+    return out
 
 
 def _aim(light: Light, pixels: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -161,33 +159,3 @@ def patches(light: Light, frame: int, aim: np.ndarray | None = None) -> Patches:
         size,
         np.bincount(group, reflectance * solid if aim is None else reflectance * solid * aim[lit], count),
     )
-
-
-@njit(nogil=True, cache=True)
-def _exchange(point, normal, area, sent, response, rough, per_metre, first, out):
-    """Add what N patches get of one another, by their response (N, P), to (J, P) knots, knot 0 at `first`.
-
-    Both of a pair at once: light takes as long either way.
-    """
-    count, zones, last = area.size, out.shape[1], out.shape[0] - 1
-    from_sensor = np.sqrt((point**2).sum(axis=1))
-    for i in range(count):
-        for j in range(i):
-            x, y, z = point[j, 0] - point[i, 0], point[j, 1] - point[i, 1], point[j, 2] - point[i, 2]
-            leaving = normal[i, 0] * x + normal[i, 1] * y + normal[i, 2] * z
-            coming = -(normal[j, 0] * x + normal[j, 1] * y + normal[j, 2] * z)
-            if not (rough or (leaving > 0 and coming > 0)):
-                continue
-            square = x * x + y * y + z * z
-            at = (from_sensor[i] + np.sqrt(square) + from_sensor[j]) / 2 * per_metre + first
-            if not 0 <= at < last:
-                continue
-            knot = np.uint64(at)
-            later = at - np.int64(at)
-            facing = ROUGH if rough else leaving * coming / square
-            to_j = sent[i] * facing / (np.pi * square + area[i])
-            to_i = sent[j] * facing / (np.pi * square + area[j])
-            for p in range(zones):
-                given = to_j * response[j, p] + to_i * response[i, p]
-                out[knot, p] += given - given * later
-                out[knot + np.uint64(1), p] += given * later
