@@ -1,6 +1,8 @@
 """What effects own up to: that they have looked at a recording, or that nobody saw what they would have to know."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -9,14 +11,19 @@ import numpy as np
 class Look:
     """What an effect that looks at a recording, to see where things are in each frame, has to own up to.
 
-    flattery: deviance by which its counts fit the frames better than the evidence of the frames allows. slopes: for
-    each parameter that says what is looked for, (F,) or, of each zone, (F, P) derivatives of the log-likelihood.
-    blur: deviance that is left because where things are stays uncertain.
+    flattery: deviance by which its counts fit the frames better than the evidence of the frames allows. blur: deviance
+    that is left because where things are stays uncertain. sloping: gives `slopes`, which take longer and are seldom
+    asked for.
     """
 
     flattery: float
     blur: float
-    slopes: dict[str, np.ndarray]
+    sloping: Callable[[], dict[str, np.ndarray]]
+
+    @cached_property
+    def slopes(self) -> dict[str, np.ndarray]:
+        """Of each parameter that says what is looked for, (F,) or, of each zone, (F, P): of the log-likelihood."""
+        return self.sloping()
 
 
 @dataclass(frozen=True, eq=False)

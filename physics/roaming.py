@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from scipy.special import logsumexp
 
+from physics.by_value import kept_by_value
 from physics.clock import Clock
 from physics.pulse import ImpulseResponse
 
@@ -28,6 +29,10 @@ NO_CHANCE = 1e-9
 FAINT = 0.1
 # A frame may be this much dimmer or brighter than expected.
 MOST_GAIN = 0.5
+# Up to here a few terms of a series are the logarithm, and take a fifth of the time.
+SMALL = 0.02
+# As many results are kept as a fit asks for between its steps, but for those by which slopes are seen.
+RECENT = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +55,8 @@ class Roaming:
     by_present: np.ndarray
 
 
+# A fit asks for the same counts as they add to others, for what they own up to, and for its slopes.
+@kept_by_value(RECENT)
 def roaming(
     recorded: np.ndarray,
     expected: np.ndarray,
@@ -62,7 +69,7 @@ def roaming(
 
     recorded, expected: (F, P, T) counts, those expected without the pulse. background: of these, what no laser sent.
     counts: (P,) of the pulse. present: share of frames that hold one. A frame's own brightness is taken out first, so
-    that a bright frame's peak is no pulse.
+    that a bright frame's peak is no pulse. What it gives is to be read only.
     """
     mean = np.maximum(_at_its_brightness(recorded, expected, background), LEAST_COUNTS)
     shares = pulses_in_bins(clock.pulse, clock.bins, clock.bin_width_s)
@@ -139,27 +146,42 @@ def _at_its_brightness(recorded: np.ndarray, expected: np.ndarray, background: n
     return expected + np.clip(gain, -MOST_GAIN, MOST_GAIN)[:, None, None] * signal
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, error_model="numpy")
 def _ratios(recorded, mean, counts, shares, first, last):
     """(F, P, K) log-likelihood ratios."""
-    frames, zones, _ = recorded.shape
+    frames, zones, bins = recorded.shape
     found = np.zeros((frames, zones, len(shares)))
+    whole = np.array([shares[k, first[k] : last[k]].sum() for k in range(len(shares))])
+    # Bins that hold counts, how many of them come before each, their counts, and by how much one more would be more.
+    held, before, some, part = np.empty(bins, np.int64), np.empty(bins + 1, np.int64), np.empty(bins), np.empty(bins)
     for f in range(frames):
         for p in range(zones):
             if counts[p] <= 0:
                 continue
+            many = 0
+            for t in range(bins):
+                before[t] = many
+                if recorded[f, p, t] > 0:
+                    held[many], some[many], part[many] = t, recorded[f, p, t], counts[p] / mean[f, p, t]
+                    many += 1
+            before[bins] = many
             for k in range(len(shares)):
-                total = 0.0
-                for t in range(first[k], last[k]):
-                    more = counts[p] * shares[k, t]
-                    total -= more
-                    if recorded[f, p, t] > 0:
-                        total += recorded[f, p, t] * np.log1p(more / mean[f, p, t])
+                total = -counts[p] * whole[k]
+                for i in range(before[first[k]], before[last[k]]):
+                    total += some[i] * _log1p(part[i] * shares[k, held[i]])
                 found[f, p, k] = total
     return found
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, error_model="numpy")
+def _log1p(x):
+    """Logarithm of 1 + x, to 3e-13 of it where that is small: most bins hold little of a pulse."""
+    if x > SMALL:
+        return np.log1p(x)
+    return x * (1 - x * (1 / 2 - x * (1 / 3 - x * (1 / 4 - x * (1 / 5 - x * (1 / 6 - x / 7))))))
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
 def _slopes(recorded, mean, counts, shares, first, last, chances):
     """(F, P) derivative of the frame's log-evidence by each zone's counts."""
     frames, zones, _ = recorded.shape

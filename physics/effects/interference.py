@@ -1,6 +1,7 @@
 """`interference`: another emitter."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -117,6 +118,11 @@ class Interference(Effect):
 
     def look(self, values: Values, rendering: Rendering) -> Look:
         """What it costs not to have known where it was, over all frames."""
+        placed = self._placed(values, rendering)
+        return Look(float(placed.flattery.sum()), float(placed.blur.sum()), partial(self._slopes, values, rendering))
+
+    def _slopes(self, values: Values, rendering: Rendering) -> dict[str, np.ndarray]:
+        """How the evidence of each frame goes with what is looked for."""
         placed, step = self._placed(values, rendering), WIDER * rendering.clock.bin_width_s
         # A pulse that is no longer does not change with the square root of a variance.
         slopes = {"roaming": placed.by_counts, "present": placed.by_present, "longer": np.zeros(len(placed.evidence))}
@@ -125,7 +131,7 @@ class Interference(Effect):
             ends = (self._placed({**values, "longer": values["longer"] + s}, rendering) for s in (-step, step))
             shorter, longer = (end.evidence / 2 for end in ends)
             slopes["longer"] = (longer - shorter) / (2 * step)
-        return Look(float(placed.flattery.sum()), float(placed.blur.sum()), slopes)
+        return slopes
 
     def at_random(self, values: Values, rendering: Rendering, rng: np.random.Generator) -> np.ndarray:
         """A pulse at one place in some of the frames, as often at each as all that were recorded say.
