@@ -117,7 +117,9 @@ class Simulation:
 
     def _count(self, effects: tuple[Setting, ...]) -> None:
         """What that takes."""
-        self.work.add(self.numbers, self._read_anew(effects))
+        looks = any(setting.effect.looks(setting.values) for setting in effects)
+        pulse = float(np.ptp(self.clock.pulse.time_s)) / self.clock.bin_width_s
+        self.work.add(self.numbers, self._read_anew(effects), self.counts.size * pulse * looks)
         for setting in effects:
             if setting.effect.redraws_maps(setting.values):
                 self.work.draw(setting.key, self.footprints.field.pixels)

@@ -9,9 +9,9 @@ MOST_RENDERINGS = 6000
 # Pixels and cells of what counts as one rendering, half of 96 frames of 106 × 60 pixels and 9 × 128 bins; more count as
 # one, fewer as a part of it, of which so much goes into what has to be done in any case.
 WHOLE, LEAST = 360_000, 0.3
-# To read a pixel of maps where they have moved takes as long as so many of these; to carry light along, as so many
-# renderings.
-READING, CARRYING = 10, 10.0
+# To read a pixel of maps where they have moved takes as long as so many of these, to look for a pulse in a cell as so
+# many for each bin of its length; to carry light along, as so many renderings.
+READING, LOOKING, CARRYING = 10, 0.35, 10.0
 
 
 @dataclass
@@ -22,10 +22,13 @@ class Work:
     _made: set[tuple] = field(default_factory=set)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def add(self, numbers: int, read: int = 0) -> None:
-        """One rendering more, of so many pixels and cells. read: pixels of maps that are read for it zone by zone."""
+    def add(self, numbers: int, read: int = 0, looked: float = 0.0) -> None:
+        """One rendering more, of so many pixels and cells. read: pixels of maps that are read for it zone by zone.
+
+        looked: cells in which pulses are looked for, times the bins of one.
+        """
         with self._lock:
-            self.renderings += _part(numbers) + READING * read / WHOLE
+            self.renderings += _part(numbers) + (READING * read + LOOKING * looked) / WHOLE
 
     def draw(self, key: tuple, pixels: int) -> None:
         """Maps of so many pixels are drawn anew, if they were not under this key before."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mismatch.work import CARRYING, LEAST, MOST_RENDERINGS, READING, WHOLE, Work
+from mismatch.work import CARRYING, LEAST, LOOKING, MOST_RENDERINGS, READING, WHOLE, Work
 from physics.effects import find_effect
 
 
@@ -53,3 +53,14 @@ def test_maps_that_zones_and_frames_move_cost_what_is_read(drawn):
     assert cost() == cost(apart) == cost(parallax) == cost(shift.at(x=3.0, slip_x=2.0)) == LEAST
     assert cost(apart, parallax) == pytest.approx(LEAST + read)
     assert cost(shift.at(x=np.array([1.0, 2.0, 0.0, 3.0]), slip_x=2.0)) == pytest.approx(LEAST + read)
+
+
+def test_to_look_for_pulses_costs_by_their_length(drawn):
+    """In every cell, for each bin that one spans; steady ones, and none at all, cost no more than other light."""
+    simulation, other = drawn(3), find_effect("interference")
+    bins = np.ptp(simulation.clock.pulse.time_s) / simulation.clock.bin_width_s
+    for values, looked in (({"roaming": 50.0}, 1), ({"counts": 50.0}, 0), ({}, 0)):
+        asked = replace(simulation, work=Work())
+        asked.expected(100.0, (other.at(**values),))
+        due = LEAST + looked * LOOKING * simulation.counts.size * bins / WHOLE
+        assert asked.work.renderings == pytest.approx(due)
