@@ -18,23 +18,28 @@ STEPS = 30
 HARDLY = 0.1
 # Frames are many where a response is to be estimated; so many tell it as well.
 ENOUGH = 48
+# Zones are asked that see the scene at once in this part of the frames.
+OFTEN = 0.5
 
 
 def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorModel, str]:
     """The sensor with response, delays of zones and, where none is recorded, pedestal estimated; and a sentence on it.
 
-    No frame that is held out takes part.
+    No frame that is held out takes part; nor does a zone, or a frame, that light of the scene does not reach: such a
+    zone keeps its time zero, and its pedestal is what it counts.
     """
-    counts = np.asarray(recording.counts)
-    chosen, _ = halves(len(counts))
-    chosen = chosen[:: max(1, len(chosen) // ENOUGH)]
-    sweep = Sweep.of(recording, maps, None, 0.0).part(chosen)
-    estimate = fit_impulse(sweep)
-    meta, said = recording.meta, f"estimated from {len(chosen)} frames of the recording"
+    sweep = _chosen(recording, maps)
+    zones = _seeing(sweep.lit)
+    sweep = sweep.part(np.flatnonzero(sweep.lit[:, zones].all(axis=1)))
+    sweep = sweep.part(slice(None, None, max(1, len(sweep.counts) // ENOUGH)))
+    estimate = fit_impulse(sweep, zones=zones)
+    delay_s, pedestal = np.zeros(sweep.counts.shape[1]), sweep.counts.mean(axis=(0, 2))
+    delay_s[zones], pedestal[zones] = estimate.delay_s, np.median(estimate.pedestal, axis=0)
+    meta, said = recording.meta, f"estimated from {len(sweep.counts)} frames of the recording"
     sources = {"pulse": said, "time_zero_s": f"as recorded, and delays of zones {said}", "background_counts": said}
     level, lacking = recording.background_counts, "Impulse response, delays of zones and pedestal"
     if level is None:
-        level = np.median(estimate.pedestal, axis=0)
+        level = pedestal
     else:
         # The pedestal of lit frames holds what lamps add to a recorded one, which is for effects to say.
         del sources["background_counts"]
@@ -43,14 +48,34 @@ def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorMo
         name=str(meta.get("sensor", "")),
         mode=str(meta.get("mode", "")),
         zone_grid=tuple(int(n) for n in recording.zone_grid),
-        bins=counts.shape[2],
+        bins=sweep.counts.shape[2],
         bin_width_s=estimate.bin_width_s,
-        time_zero_s=np.asarray(sweep.time_zero_s, float) + estimate.delay_s,
+        time_zero_s=np.asarray(sweep.time_zero_s, float) + delay_s,
         pulse=estimate.response(None),
         background_counts=np.asarray(level, float),
         sources=sources,
     )
     return sensor, f"{lacking} are not recorded: {said}, none of them held out."
+
+
+def _chosen(recording: Recording, maps: ResponseMaps) -> Sweep:
+    """Of the frames that choose the model those that show some depth."""
+    sweep, chosen = Sweep.of(recording, maps, None, 0.0), halves(len(recording.counts))[0]
+    depth = np.asarray(recording.depth_m)
+    shown = np.ones(len(recording.counts), bool) if depth.ndim == 2 else np.isfinite(depth).any(axis=(1, 2))
+    place = np.cumsum(shown) - 1
+    return sweep.part(place[chosen[shown[chosen]]])
+
+
+def _seeing(lit: np.ndarray) -> list[int]:
+    """Zones of which all see the scene at once in half of the frames or more; the fewest others are left out.
+
+    lit: (F, P) whether light of the scene reaches a zone.
+    """
+    zones = list(np.argsort(-lit.mean(axis=0), kind="stable"))
+    while len(zones) > 1 and lit[:, zones].all(axis=1).mean() < OFTEN:
+        zones.pop()
+    return sorted(int(zone) for zone in zones)
 
 
 def likeliest_pedestal(simulation: Simulation) -> np.ndarray:

@@ -64,6 +64,7 @@ def fit_impulse(
     per_zone: bool = False,
     fit_bin_width: bool = False,
     steps_per_bin: int = STEPS_PER_BIN,
+    zones: list[int] | None = None,
     progress: Progress = silent,
 ) -> ImpulseEstimate:
     """The response of largest posterior probability, and errors from its curvature.
@@ -80,8 +81,10 @@ def fit_impulse(
 
     Where the counts scatter more than photons do, they are taken to have a relative error on top, the same for all
     cells, and weigh as much less. Where all frames' light arrives at about the same place within a bin, counts tell the
-    sums over bins and no more; the errors say so, whatever smoothness would suggest. Raises `Refusal` where there is
-    nothing to estimate from.
+    sums over bins and no more; the errors say so, whatever smoothness would suggest.
+
+    zones: those that take part, all where None; delays, gains and pedestals are theirs. Raises `Refusal` where there is
+    nothing to estimate from, as where no light of the scene reaches one of them in some frame.
     """
     if not 1 <= steps_per_bin <= MOST_STEPS_PER_BIN:
         raise Refusal(f"steps_per_bin is {steps_per_bin}, expected 1 to {MOST_STEPS_PER_BIN}")
@@ -90,7 +93,7 @@ def fit_impulse(
     if per_zone and fit_bin_width:
         raise Refusal("the bin width cannot be estimated zone by zone, expected one response for all zones")
     shape = shape_of(sweep, steps_per_bin)
-    zones = list(range(sweep.counts.shape[1]))
+    zones = list(range(sweep.counts.shape[1])) if zones is None else zones
     groups = [[zone] for zone in zones] if per_zone else [zones]
     found = [search(sweep, shape, g, fit_bin_width) for g in progress(groups, len(groups), "fitting responses")]
     return estimate_of(sweep, shape, found, per_zone)
@@ -103,7 +106,7 @@ def estimate_of(sweep: Sweep, shape: Shape, found: list[Found], per_zone: bool) 
     curves = [response_and_sigma(shape, f) for f in found]
     probability, sigma, degrees = (np.array([c[i] for c in curves]) for i in range(3))
     covariance = np.linalg.inv(found[0].information)
-    k, p = shape.basis.shape[1], sweep.counts.shape[1]
+    k, p = shape.basis.shape[1], sum(f.state.log_gain.shape[1] for f in found)
     delays = 0 if per_zone or p == 1 else p
     delay_sigma = np.sqrt(np.diag(covariance)[k : k + delays]) if delays else np.zeros(p)
     width_sigma = sweep.bin_width_s * np.sqrt(covariance[-1, -1]) if found[0].problem.clock else 0.0

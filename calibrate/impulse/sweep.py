@@ -109,6 +109,11 @@ class Sweep:
         """(F, P, T) share of the shots that have registered nothing before each bin."""
         return exposure(self.counts, self.shots)
 
+    @cached_property
+    def lit(self) -> np.ndarray:
+        """(F, P) whether any light of the scene reaches a zone within its window."""
+        return self.arrivals(Shape(1, 0.5, 0.0, 0.5)).light.any(axis=2)
+
     def arrivals(self, shape: Shape, delay: np.ndarray | float = 0.0, stretch: float = 0.0) -> Arrivals:
         """When light arrives, for zones delayed by `delay` (P,) or (F, P) steps, bins wider by the share `stretch`."""
         width = self.bin_width_s * (1 + stretch)
