@@ -19,7 +19,7 @@ from mismatch.simulation import Simulation
 MOST_EFFECTS = 3
 # Of what an effect gains that anybody would write in the same way, so much counts as what may leave traces of it; and
 # no more than this deviance: zones exchanged may gain a million.
-EXACT, MOST_EXACT = 0.25, 5000.0
+EXACT, MOST_EXACT = 0.25, 1000.0
 
 
 @dataclass(frozen=True, eq=False)
