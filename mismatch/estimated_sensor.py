@@ -11,6 +11,7 @@ from mismatch.simulation import Simulation
 from physics.sensor import SensorModel
 from recordings.maps import ResponseMaps
 from recordings.recording import Recording
+from recordings.refusal import Refusal
 
 # Steps towards the likeliest pedestal: where most cells hold nothing else, few are needed.
 STEPS = 30
@@ -30,7 +31,10 @@ def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorMo
     """
     sweep = _chosen(recording, maps)
     zones = _seeing(sweep.lit)
-    sweep = sweep.part(np.flatnonzero(sweep.lit[:, zones].all(axis=1)))
+    lit = np.flatnonzero(sweep.lit[:, zones].all(axis=1))
+    if not len(lit):
+        raise Refusal("no light of the scene reaches any zone in the frames that choose, expected surfaces in view")
+    sweep = sweep.part(lit)
     sweep = sweep.part(slice(None, None, max(1, len(sweep.counts) // ENOUGH)))
     estimate = fit_impulse(sweep, zones=zones)
     delay_s, pedestal = np.zeros(sweep.counts.shape[1]), sweep.counts.mean(axis=(0, 2))

@@ -17,7 +17,7 @@ Made = TypeVar("Made")
 def kept_by_value(recent: int) -> Callable[[Callable[..., Made]], Callable[..., Made]]:
     """For a function of arrays, numbers and clocks, given by position: what it gave of the last so many is given again.
 
-    Clocks are the same whose pulses and bins are. What it gives is to be read only.
+    Clocks are the same whose pulses and bins are. Arrays that it gives, or what it gives holds, are to be read only.
     """
 
     def kept(make: Callable[..., Made]) -> Callable[..., Made]:
@@ -32,6 +32,9 @@ def kept_by_value(recent: int) -> Callable[[Callable[..., Made]], Callable[..., 
                     made.move_to_end(key)
                     return made[key]
             found = make(*arguments)
+            for one in (found, *getattr(found, "__dict__", {}).values()):
+                if isinstance(one, np.ndarray):
+                    one.setflags(write=False)
             with lock:
                 made[key] = found
                 while len(made) > recent:

@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from mismatch.estimated_sensor import _seeing, estimated_sensor
 from recordings.maps import ResponseMaps
+from recordings.refusal import Refusal
 
 from .conftest import BACKGROUND, WIDTH_S
 
@@ -59,6 +60,17 @@ def test_a_zone_that_sees_nothing_keeps_its_time_zero_and_counts(rig, apart):
     assert sensor.time_zero_s[2] == dark.time_zero_s[2]
     assert sensor.background_counts[2] == pytest.approx(BACKGROUND[2], rel=0.1)
     assert (sensor.time_zero_s[[0, 1, 3]] != dark.time_zero_s[[0, 1, 3]]).all()
+
+
+def test_where_no_zone_sees_anything_that_is_said(rig, maps):
+    """Of the scene one corner is known, into which none looks."""
+    narrow = np.where(maps.responses > 0.6 * maps.responses.max(), maps.responses, 0.0)
+    recording = seen(rig, (), ())
+    depth = np.full(np.shape(recording.depth_m), np.nan)
+    depth[:, 0, 0] = 0.8
+    corner = rig.recording(recording.counts, irf=None, irf_time_s=None, depth_m=depth)
+    with pytest.raises(Refusal, match="no light of the scene reaches any zone"):
+        estimated_sensor(corner, ResponseMaps(narrow, maps.xs, maps.ys, maps.cap_ids))
 
 
 def test_zones_that_keep_others_from_being_seen_are_left_out():

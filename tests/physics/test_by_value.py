@@ -1,6 +1,7 @@
 """What is given again, and what is worked out anew."""
 
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -90,3 +91,14 @@ def test_many_at_once():
         one.join()
     assert len(found) == 200
     assert all(found)
+
+
+def test_what_is_kept_cannot_be_written_to():
+    @kept_by_value(2)
+    def doubled(one):
+        return SimpleNamespace(twice=2 * one, name="twice")
+
+    found = doubled(np.arange(3.0))
+    with pytest.raises(ValueError, match="read-only"):
+        found.twice[0] = 7
+    assert doubled(np.arange(3.0)) is found
