@@ -141,7 +141,7 @@ def candidates_of(
 ) -> list[Candidate]:
     """Forms beside those of a fit, fitted on some frames and judged on others, best first.
 
-    least: criterion of another, which they are to come near.
+    least: criterion of another that stands out, which they are to come near.
 
     Those that cannot come near the best are not fitted to the end, unless none of the others stands out. The best is
     fitted as its other way has it, too: what scores promise far from where they are true may be off by more than such

@@ -29,7 +29,7 @@ NO_CHANCE = 1e-9
 FAINT = 0.1
 # A frame may be this much dimmer or brighter than expected.
 MOST_GAIN = 0.5
-# Up to here a few terms of a series are the logarithm, and take a fifth of the time.
+# Up to here a few terms of a series are the logarithm, and take less time.
 SMALL = 0.02
 # As many results are kept as a fit asks for between its steps, but for those by which slopes are seen.
 RECENT = 16

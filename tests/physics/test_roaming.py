@@ -9,7 +9,7 @@ from scipy.stats import poisson
 
 from physics.clock import Clock
 from physics.pulse import tailed_pulse
-from physics.roaming import clear_evidence, pulses_in_bins, roaming
+from physics.roaming import SMALL, _log1p, clear_evidence, pulses_in_bins, roaming
 
 WIDTH, BINS, ZONES = 0.26e-9, 30, 3
 CLOCK = Clock(WIDTH, BINS, np.full(ZONES, 1e-9), tailed_pulse(0.2e-9, 0.3e-9, 0.4e-9, 0.1, step_s=WIDTH / 16))
@@ -45,6 +45,12 @@ def test_the_evidence_is_the_mean_likelihood_over_all_places(seed, strength, pre
     # A mean of rates is at least as likely as the mean of likelihoods.
     assert (found.flattery > -0.02).all()
     assert (found.blur > -1e-9).all()
+
+
+@pytest.mark.parametrize("times", [1e-9, 1e-3, 0.3, 0.999, 1.0, 1.001, 30.0])
+def test_the_series_of_a_small_logarithm_is_that_logarithm(times):
+    """On both sides of where one takes over from the other, to less than its next term."""
+    assert _log1p(times * SMALL) == pytest.approx(np.log1p(times * SMALL), rel=3e-13, abs=0)
 
 
 def test_slopes_are_differences_of_the_evidence():
