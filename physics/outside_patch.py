@@ -5,8 +5,9 @@ from itertools import product
 
 import numpy as np
 from numba import njit
+from numpy.polynomial.hermite_e import hermegauss
 
-from physics.light import Light
+from physics.light import Light, Return
 from physics.normals import facing
 from physics.rendering import Rendering
 from physics.walls_around import likely_distances
@@ -16,20 +17,40 @@ from physics.workers import in_parallel
 HALF_SIZE = 0.1
 # How far ahead of the sensor fits begin, as a part of how far aside.
 AHEAD = 0.4
+# Where in a normal distribution, in standard deviations, five of its parts stand for all of them, and with what weight:
+# what goes with the place by any power up to the ninth is as on average (Gauss and Hermite's quadrature).
+PLACES = tuple(zip(*(np.array(of) for of in hermegauss(5)), strict=True))
+
+
+def patch_returns(
+    light: Light, x: float, y: float, z: float, wide: float, stands: bool, dimmed: bool, unit: float
+) -> list[Return]:
+    """Returns by way of a patch of strength `unit`: see `by_way_of_patch`."""
+    half_path, spread, strength = by_way_of_patch(light, x, y, z, wide, stands, dimmed)
+    places = PLACES if wide else ((0.0, 1.0),)
+    every = sum(weight for _, weight in places)
+    return [
+        Return(half_path + np.float32(at) * spread, np.float32(unit * weight / every) * strength)
+        for at, weight in places
+    ]
 
 
 @lru_cache(maxsize=2)
 def by_way_of_patch(
-    light: Light, x: float, y: float, z: float, stands: bool, dimmed: bool = False
-) -> tuple[np.ndarray, np.ndarray]:
-    """Half the path (F, H, W) sensor, patch, surface, sensor, and its strength for a patch of unit strength.
+    light: Light, x: float, y: float, z: float, wide: float, stands: bool, dimmed: bool = False
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Half the path sensor, patch, surface, sensor, its standard deviation, and strength of a unit, (F, H, W) each.
 
     x, y, z: metres from the sensor in the camera's frame when the session began. stands: whether it stays where it is
     in the world, where the camera's motion is known, or goes along with the camera. To read only. A matt surface at X
     is lit by cosθ'/(|X - q|² + h²), θ' its incidence from the patch at q, h the patch's half size. dimmed: in place of
     cosθ' it goes with what the surface sends back directly, cosθ/r², as of light that goes the other way round.
+
+    wide: metres, of its parts about q, one standard deviation alike in every direction; each sends what one at q does.
+    To second order in it half the path is longer by wide²/2 · (1/|q| + 1/|X - q|) on average, and differs by wide · |û
+    + û'|/2, with û and û' from sensor and surface to q.
     """
-    half_path, strength = np.zeros_like(light.range_m), np.zeros_like(light.range_m)
+    half_path, spread, strength = (np.zeros_like(light.range_m) for _ in range(3))
     lengths, areas = np.linalg.norm(light.rays, axis=-1), None if dimmed else facing(light)
 
     def one(i: int) -> None:
@@ -39,15 +60,15 @@ def by_way_of_patch(
             q = moved[:3, :3].T @ (q - moved[:3, 3])
         seen = light.range_m[i], light.returns[0].strength[i], light.reflectance[i]
         area = np.zeros((0, 0, 3)) if dimmed else areas[i]
-        _by_way(*seen, light.rays, lengths, area, q, half_path[i], strength[i])
+        _by_way(*seen, light.rays, lengths, area, q, wide, half_path[i], spread[i], strength[i])
 
     in_parallel(one, range(light.frames))
-    return half_path, strength
+    return half_path, spread, strength
 
 
 @njit(nogil=True, cache=True)
-def _by_way(ranges, direct, reflectance, rays, lengths, areas, q, half_path, strength):
-    """Fill half the path and the strength of one frame (H, W), 0 where nothing comes that way; dimmed without areas."""
+def _by_way(ranges, direct, reflectance, rays, lengths, areas, q, wide, half_path, spread, strength):
+    """Fill what `by_way_of_patch` tells of one frame (H, W), 0 where nothing comes that way; dimmed without areas."""
     away = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
     for v in range(ranges.shape[0]):
         for u in range(ranges.shape[1]):
@@ -64,7 +85,11 @@ def _by_way(ranges, direct, reflectance, rays, lengths, areas, q, half_path, str
                 sends = reflectance[v, u] * toward / max(size * apart, 1e-12)
             lit = sends / (square + (HALF_SIZE * away) ** 2)
             strength[v, u] = lit if np.isfinite(lit) else 0.0
-            half_path[v, u] = (ranges[v, u] + apart + away) / 2
+            longer = wide**2 * (1 / max(away, wide) + 1 / max(apart, wide)) if wide > 0 else 0.0
+            half_path[v, u] = (ranges[v, u] + apart + away + longer) / 2
+            # Half of |û + û'|: the cosine of half the angle between both.
+            both = (q[0] * x + q[1] * y + q[2] * z) / max(away * apart, 1e-12)
+            spread[v, u] = wide * np.sqrt(max((1 + both) / 2, 0.0))
 
 
 def likely_patches(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:

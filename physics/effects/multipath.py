@@ -10,7 +10,7 @@ from physics.bounce import bounces
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.hidden_bounces import hidden
 from physics.light import Light, Return
-from physics.outside_patch import by_way_of_patch, likely_patches
+from physics.outside_patch import likely_patches, patch_returns
 from physics.outside_plane import by_way_of_plane
 from physics.owning import Unseen
 from physics.rendering import Rendering
@@ -53,7 +53,7 @@ class Multipath(Effect):
     farther in every frame where it is known how the camera moved; or it is a part of the robot and goes along. Where
     light comes back that way as well as it goes, it goes with the direct light: S' = outside · S.
 
-    By way of one patch outside the view, a part of the robot or of a wall: `physics.outside_patch`.
+    By way of one patch outside the view, a part of the robot or of a wall, small or wide: `physics.outside_patch`.
 
     By way of walls on all sides, as of a corridor: the mean of such planes, |X'| = √(r² + 4 distance²) and θ' = θ.
     """
@@ -73,7 +73,7 @@ class Multipath(Effect):
         ("mirrored", "spreading", "face"),
         ("around", "around_distance"),
         ("outside", "outside_distance", "outside_azimuth", "outside_tilt"),
-        ("patch", "patch_x", "patch_y", "patch_z"),
+        ("patch", "patch_x", "patch_y", "patch_z", "patch_wide"),
     )
     look_alikes = (
         LookAlike("second_surface", "Step the target in range: a bounce's delay changes, a second surface's stays."),
@@ -110,6 +110,7 @@ class Multipath(Effect):
         Parameter("patch_x", "m", -5.0, 5.0, 0.3, "How far to the right of the sensor it is."),
         Parameter("patch_y", "m", -5.0, 5.0, 0.0, "How far below it."),
         Parameter("patch_z", "m", -5.0, 5.0, 0.1, "How far ahead of it."),
+        Parameter("patch_wide", "m", 0.0, 2.0, 0.0, "How far its parts are about it, one sigma.", tries=(0.05,)),
         Parameter("patch_stands", "1", 0.0, 1.0, 0.0, "1 where it stays where it was, 0 where it goes along."),
         Parameter("patch_dimmed", "1", 0.0, 1.0, 0.0, "1 where it goes with what surfaces send back directly."),
     )
@@ -153,11 +154,9 @@ class Multipath(Effect):
             half_path, strength = by_way_of_plane(light, *plane, *how)
             more.append(Return(half_path, (values["outside"] * strength).astype(strength.dtype)))
         if values["patch"]:
-            place = (float(values[f"patch_{axis}"]) for axis in "xyz")
-            half_path, strength = by_way_of_patch(
-                light, *place, *(values[f"patch_{how}"] > 0.5 for how in ("stands", "dimmed"))
-            )
-            more.append(Return(half_path, (values["patch"] * strength).astype(strength.dtype)))
+            place = (float(values[f"patch_{name}"]) for name in ("x", "y", "z", "wide"))
+            how = (values[f"patch_{name}"] > 0.5 for name in ("stands", "dimmed"))
+            more += patch_returns(light, *place, *how, values["patch"])
         return replace(light, returns=(*light.returns, *more)) if more else light
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:

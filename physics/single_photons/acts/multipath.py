@@ -6,7 +6,7 @@ import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.effect import Values
-from physics.single_photons.by_patch import patch_light
+from physics.single_photons.by_patch import patch_light, patch_way
 from physics.single_photons.draw import delays, many
 from physics.single_photons.facing import facets, solid_angles
 from physics.single_photons.world import Photons, World
@@ -163,9 +163,10 @@ def _by_a_plane_outside(lit: Lit, world: World, values: Values, rng: np.random.G
 
 def _by_a_patch(lit: Lit, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Sensor, the patch, surface, sensor."""
-    light, far = patch_light(lit.point_m, lit.normal, lit.albedo, lit.sends, world, values)
+    light = patch_light(lit.point_m, lit.normal, lit.albedo, lit.sends, world, values)
     zone, target = many((world.gain * lit.weights * light)[:, None], rng)
-    return _photons(world, zone, lit.pixel[target], (far + lit.range_m)[target], rng)
+    far = patch_way(lit.point_m[target], world, values, rng)
+    return _photons(world, zone, lit.pixel[target], far + lit.range_m[target], rng)
 
 
 def _photons(

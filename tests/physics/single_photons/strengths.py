@@ -142,6 +142,7 @@ STRENGTHS = {
         {"outside": 0.05, "outside_distance": 0.3, "outside_azimuth": -80, "outside_stands": 0, "outside_dimmed": 1},
         {"patch": 0.2, "patch_x": 0.5, "patch_y": -0.2, "patch_z": 0.15},
         {"patch": 0.05, "patch_x": -0.4, "patch_y": 0.3, "patch_z": 0.1, "patch_dimmed": 1},
+        {"patch": 0.1, "patch_x": 0.5, "patch_y": -0.1, "patch_z": 0.1, "patch_wide": 0.03},
     ],
     "non_lambertian": [
         {"lobe": 2, "exponent": 5},
