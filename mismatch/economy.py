@@ -13,6 +13,8 @@ from physics.pulse import ImpulseResponse
 # Deviance, over all frames, that wider steps or a shorter response may make: 1 would be a standard error of some
 # parameter.
 UNNOTICED = 0.05
+# Steps to a bin that are tried. Where a bin does not hold a whole number of the response's own steps its lattice has 512.
+PER_BIN = (8, 16, 32, 64, 128, 256)
 # Parts of a response that are tried as nothing, at either end; light that an effect makes brighter shows more of them.
 ENDS = (1e-6, 1e-7, 1e-8)
 
@@ -20,8 +22,8 @@ ENDS = (1e-6, 1e-7, 1e-8)
 def economical(simulation: Simulation) -> Simulation:
     """The same simulation on a lattice as coarse as the counts let pass, of a response as short."""
     fitted: Fit = fit_nominal(simulation)
-    every = simulation.clock.lattice.per_bin
-    wider = (simulation.clock.pulse.merged(every // n) for n in (8, 16, 32) if every // n > 1 and every % n == 0)
+    clock = simulation.clock
+    wider = (clock.pulse.in_steps(clock.bin_width_s / n) for n in PER_BIN if 2 * n <= clock.lattice.per_bin)
     coarser = _first_unnoticed(simulation, fitted, wider)
     return _first_unnoticed(coarser, fitted, (coarser.clock.pulse.without_ends(part) for part in ENDS))
 

@@ -65,12 +65,11 @@ class ImpulseResponse:
         edges = np.arange(bins + 1) * bin_width_s
         return np.diff(self.cumulative(edges - np.asarray(arrival_s, float)[..., None]), axis=-1)
 
-    def merged(self, steps: int) -> "ImpulseResponse":
-        """The same response on steps `steps` times as wide: its cumulative is kept at their edges."""
-        more = -len(self.probability) % steps
-        summed = np.concatenate([self.probability, np.zeros(more)]).reshape(-1, steps).sum(axis=1)
-        first = float(self.edges[0]) + self.step_s * steps / 2
-        return ImpulseResponse(first + self.step_s * steps * np.arange(len(summed)), summed)
+    def in_steps(self, step_s: float) -> "ImpulseResponse":
+        """The same response in steps of another width, from the same start: its cumulative is kept at their edges."""
+        steps = max(int(np.ceil((self.edges[-1] - self.edges[0]) / step_s - NARROWEST)), 2)
+        cumulative = self.cumulative(self.edges[0] + step_s * np.arange(steps + 1))
+        return ImpulseResponse(self.edges[0] + step_s * (np.arange(steps) + 0.5), np.diff(cumulative))
 
     def without_ends(self, most: float) -> "ImpulseResponse":
         """The same response less ends that hold no more than `most` each; what is left sums to what all did."""

@@ -111,3 +111,16 @@ def test_ends_that_hold_next_to_nothing_are_cut_off_and_no_more(most):
     assert kept[0] <= most < kept[1]
     assert pulse.edge_cumulative[-1] - kept[-1] <= most < pulse.edge_cumulative[-1] - kept[-2]
     np.testing.assert_allclose(short.cumulative(pulse.edges), pulse.edge_cumulative, atol=2 * most)
+
+
+@pytest.mark.parametrize("step_s", [3.7e-12, 8e-12, 41e-12])
+def test_in_wider_steps_as_much_has_come_by_each_edge_and_on_average_at_the_same_time(step_s):
+    pulse = tailed_pulse(RISE, FALL, TAIL, SHARE, 2e-12)
+    wider = pulse.in_steps(step_s)
+    assert wider.step_s == pytest.approx(step_s)
+    assert wider.edges[0] == pytest.approx(pulse.edges[0])
+    assert wider.edges[-1] > pulse.edges[-1] - step_s * 1e-6
+    for edge, until in zip(wider.edges, wider.edge_cumulative, strict=True):
+        assert until == pytest.approx(pulse.probability[pulse.time_s < edge].sum(), abs=1.1 * pulse.probability.max())
+    means = [(of.time_s * of.probability).sum() for of in (pulse, wider)]
+    assert means[1] == pytest.approx(means[0], abs=step_s**2 / TAIL)

@@ -175,7 +175,7 @@ def test_a_pulse_that_wanders_by_more_than_a_bin_is_one_however_slowly(small):
 
 def test_a_fit_may_begin_wherever_it_is_told_to(small):
     """Windows of a few nanoseconds: half of one is less than a period may be."""
-    clock = replace(small.clock, bin_width_s=1e-10, pulse=small.clock.pulse.merged(1))
+    clock = replace(small.clock, bin_width_s=1e-10)
     rendering = Rendering(replace(small.light, time_s=np.arange(64) / 30), small.footprints, clock, 1.0)
     frames, bins = np.indices((64, small.clock.bins))
     expected = np.full((64, 4, small.clock.bins), 20.0)
