@@ -13,7 +13,7 @@ from physics.pulse import ImpulseResponse
 # Deviance, over all frames, that wider steps or a shorter response may make: 1 would be a standard error of some
 # parameter.
 UNNOTICED = 0.05
-# Steps to a bin that are tried. Where a bin does not hold a whole number of the response's own steps its lattice has 512.
+# Steps to a bin that are tried. Where the response's own steps do not divide a bin its lattice has hundreds of them.
 PER_BIN = (8, 16, 32, 64, 128, 256)
 # Parts of a response that are tried as nothing, at either end; light that an effect makes brighter shows more of them.
 ENDS = (1e-6, 1e-7, 1e-8)

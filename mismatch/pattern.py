@@ -12,18 +12,16 @@ normal about its best, of information I and precision Λ of the distribution, al
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag, cho_factor, cho_solve
-from scipy.optimize import minimize_scalar
+from scipy.linalg import cho_factor, cho_solve
 
 from mismatch.coordinate import to_coordinate
+from mismatch.drawn_width import likeliest_width
 from mismatch.form import DRAWN, Form
 
 # Numbers of these may walk; of many of those a recording may tell nothing, so that a fit holds them until it is known
 # how they are drawn, by a normal distribution of so many starts.
 EDGES, PATCH = ("edge", "zone edge"), "patch"
 HELD = 5.0
-# The width lies between these parts of what would be seen, and of what could be.
-LEAST, MOST = 1e-3, 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +73,9 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
     away = x[which] - nothing
     rises = held(forms)[which] * away
     score = alone @ away + rises
-    found = (_likeliest(shape, alone, score) for shape in _shapes(forms))
-    _, square, told, shape = min(found, key=lambda one: one[0])
-    precision = np.linalg.inv(shape) / square
+    found = ((*likeliest_width(*_of_steps(alone, score, walks)), walks) for walks in _ways(forms))
+    _, square, told, walks = min(found, key=lambda one: one[0])
+    precision = _precision(len(which), walks) / square
     pull = np.zeros(len(x))
     pull[which] = precision @ away - rises
     prior = Pattern(which, float(np.sqrt(square)), precision, 0.0, 0.0).prior(len(x))
@@ -87,26 +85,34 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
     return there, Pattern(which, float(np.sqrt(square)), precision, price, float((square * told / wider).sum()))
 
 
-def _shapes(forms: tuple[Form, ...]) -> list[np.ndarray]:
-    """(K, K) covariances, up to a factor, by which numbers may be drawn."""
-    many = [
-        (axis, f.sizes[name], f.sizes["bin"])
-        for f in forms
-        for name in f.own
-        if (axis := f.effect.parameter(name).axis) in DRAWN
-    ]
-    each = block_diag(*(np.eye(count) for _, count, _ in many))
-    if all(axis not in EDGES for axis, *_ in many):
-        return [each]
-    return [
-        each,
-        block_diag(*(_walks(bins, count // bins) if a in EDGES else np.eye(count) for a, count, bins in many)),
-    ]
+def _ways(forms: tuple[Form, ...]) -> list[tuple[slice, ...]]:
+    """Which of the numbers may walk together, those of each zone's edges: none, or all of these."""
+    walks, at = [], 0
+    for form in forms:
+        for name in form.own:
+            axis, count, bins = form.effect.parameter(name).axis, form.sizes[name], form.sizes["bin"]
+            if axis in EDGES:
+                walks += [slice(start, start + bins) for start in range(at, at + count, bins)]
+            at += count if axis in DRAWN else 0
+    return [(), tuple(walks)] if walks else [()]
 
 
-def _walks(bins: int, zones: int) -> np.ndarray:
-    """Covariance of edges of some zones where widths are drawn: of edge e, e widths, and one for the first."""
-    return np.kron(np.eye(zones), 1.0 + np.minimum.outer(np.arange(bins), np.arange(bins)))
+def _of_steps(information: np.ndarray, score: np.ndarray, walks: tuple[slice, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Information (K, K) and score (K,) of the steps of walks: a step counts in all numbers from its own on."""
+    information, score = information.copy(), score.copy()
+    for of in (information, information.T, score):
+        for walk in walks:
+            of[walk] = np.cumsum(of[walk][::-1], axis=0)[::-1]
+    return information, score
+
+
+def _precision(count: int, walks: tuple[slice, ...]) -> np.ndarray:
+    """(K, K) inverse covariance of numbers whose steps are drawn with width 1, each by itself where none walk."""
+    precision = np.eye(count)
+    for walk in walks:
+        steps = np.eye(walk.stop - walk.start) - np.eye(walk.stop - walk.start, k=-1)
+        precision[walk, walk] = steps.T @ steps
+    return precision
 
 
 def _solved(information: np.ndarray, pull: np.ndarray, which: np.ndarray, rest: np.ndarray) -> np.ndarray:
@@ -119,30 +125,3 @@ def _solved(information: np.ndarray, pull: np.ndarray, which: np.ndarray, rest: 
     out[rest] = left @ (pull[rest] - by_rest.T @ pull[which])
     out[which] = cho_solve(inner, pull[which]) - by_rest @ out[rest]
     return out
-
-
-def _seen(shape: np.ndarray, information: np.ndarray, score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(K,) each: information of independent numbers of width 1 that make these, and the score of them at nothing."""
-    root = np.linalg.cholesky(shape)
-    told, ways = np.linalg.eigh(root.T @ information @ root)
-    return np.maximum(told, 0.0), ways.T @ root.T @ score
-
-
-def _likeliest(
-    shape: np.ndarray, information: np.ndarray, score: np.ndarray
-) -> tuple[float, float, np.ndarray, np.ndarray]:
-    """Minus twice the logarithm of the likelihood at the likeliest width, up to a constant; its square.
-
-    And what information there is of each independent number (K,), of which the shape makes these; the shape.
-    """
-    told, promised = _seen(shape, information, score)
-
-    def loss(log_width: float) -> float:
-        square = np.exp(2 * log_width)
-        wider = 1 + square * told
-        # At the best of all the score is told times what is found: that squared, less what a width explains of it.
-        return float((np.log(wider) - square * promised**2 / wider).sum())
-
-    seen = -0.5 * np.log(max(told.max(initial=0.0), 1e-12))
-    found = minimize_scalar(loss, bounds=(seen + np.log(LEAST), seen + np.log(MOST)), method="bounded")
-    return float(found.fun), float(np.exp(2 * found.x)), told, shape
