@@ -1,7 +1,7 @@
 """How widely numbers are drawn, all alike: by maximum likelihood, the numbers themselves integrated out."""
 
 import numpy as np
-from scipy.linalg import eigvalsh_tridiagonal, solveh_banded
+from scipy.linalg import eigvalsh_tridiagonal, solve_banded
 from scipy.linalg.lapack import dsytrd, dsytrd_lwork
 from scipy.optimize import minimize_scalar
 
@@ -17,21 +17,17 @@ def likeliest_width(information: np.ndarray, score: np.ndarray) -> tuple[float, 
     integrated out, |1 + w² I|^(-1/2) exp(w² s·(1 + w² I)⁻¹ s / 2). A rotation that leaves I with three diagonals is all
     that it takes (Householder 1958): its eigenvectors would take twice as long, and are not asked for.
     """
-    if len(score) == 1:
-        # LAPACK wants two: another of which nothing is told makes no difference.
-        loss, square, told = likeliest_width(np.diag([information[0, 0], 0.0]), np.array([score[0], 0.0]))
-        return loss, square, told[1:]
     diagonal, beside, turned = tridiagonal(information, score)
     told = eigvalsh_tridiagonal(diagonal, beside)
     # No number is told less than nothing but for rounding.
     diagonal, told = diagonal + max(-float(told[0]), 0.0), np.maximum(told, 0.0)
-    banded = np.stack([diagonal, np.append(beside, 0.0)])
+    banded = np.stack([np.append(0.0, beside), diagonal, np.append(beside, 0.0)])
 
     def loss(log_width: float) -> float:
         square = np.exp(2 * log_width)
         wider = square * banded
-        wider[0] += 1
-        explained = square * turned @ solveh_banded(wider, turned, lower=True)
+        wider[1] += 1
+        explained = square * turned @ solve_banded((1, 1), wider, turned)
         return float(np.log(1 + square * told).sum() - explained)
 
     seen = -0.5 * np.log(max(told.max(initial=0.0), 1e-12))

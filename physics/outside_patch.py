@@ -19,7 +19,8 @@ HALF_SIZE = 0.1
 AHEAD = 0.4
 # Where in a normal distribution, in standard deviations, five of its parts stand for all of them, and with what weight:
 # what goes with the place by any power up to the ninth is as on average (Gauss and Hermite's quadrature).
-PLACES = tuple(zip(*(np.array(of) for of in hermegauss(5)), strict=True))
+AT, WEIGHT = hermegauss(5)
+PLACES = tuple(zip(AT, WEIGHT / WEIGHT.sum(), strict=True))
 
 
 def patch_returns(
@@ -28,11 +29,7 @@ def patch_returns(
     """Returns by way of a patch of strength `unit`: see `by_way_of_patch`."""
     half_path, spread, strength = by_way_of_patch(light, x, y, z, wide, stands, dimmed)
     places = PLACES if wide else ((0.0, 1.0),)
-    every = sum(weight for _, weight in places)
-    return [
-        Return(half_path + np.float32(at) * spread, np.float32(unit * weight / every) * strength)
-        for at, weight in places
-    ]
+    return [Return(half_path + np.float32(at) * spread, np.float32(unit * part) * strength) for at, part in places]
 
 
 @lru_cache(maxsize=2)

@@ -38,7 +38,7 @@ def test_one_that_stands_is_nearer_when_the_camera_has_come(small):
 
 
 def test_ways_by_a_wide_patch_differ_as_those_by_drawn_parts(small):
-    """Mean, width and skewness of half the path, over parts drawn from a normal distribution."""
+    """Mean and width of half the path, over parts drawn from a normal distribution."""
     light = direct_light(np.full((1, 6, 10), 0.8), small.light.intrinsics, time_s=np.zeros(1))
     patch, wide = np.array([0.5, -0.1, 0.2]), 0.03
     unit = by_way_of_patch(light, *patch, wide, False)[2]
@@ -51,6 +51,6 @@ def test_ways_by_a_wide_patch_differ_as_those_by_drawn_parts(small):
         shares = np.array([part.strength[0, v, u] for part in parts]) / (2 * unit[0, v, u])
         places = np.array([part.range_m[0, v, u] for part in parts])
         mean = (shares * places).sum()
-        # Ways by parts beside the middle are longer, by half the path's curvature: wide² over both distances.
+        # Ways by parts beside the middle are longer on average, as distances curve.
         assert mean == pytest.approx(halves.mean(), abs=4 * halves.std() / np.sqrt(len(drawn)) + 1e-5)
         assert np.sqrt((shares * (places - mean) ** 2).sum()) == pytest.approx(halves.std(), rel=0.01)
