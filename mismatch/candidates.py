@@ -5,16 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
+from mismatch.cost import cost, least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, begin_beside, expected_at, reached
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT, falls_short, gained, poisson_scatter
-from mismatch.pattern import drawn
 from mismatch.poisson import LEAST
 from mismatch.race import race
-from mismatch.score import Score, numbers_given, start_of
+from mismatch.score import Score, start_of
 from mismatch.simulation import Simulation
-from physics.effects import all_effects
 
 # A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
 # is no name: two formulas of one cause differ by as much.
@@ -37,10 +36,6 @@ SURPRISING = 0.5
 ELSEWHERE = 0.8
 # One that gains less deviance than this on held-out frames has come to nothing, however well its trace fits them.
 NOTICEABLE = 5.0
-# Deviance that a choice of one of two must gain: twice the logarithm of the odds against it.
-CHOICE = 2 * np.log(2)
-# Deviance by which an effect must beat others where its name is stretched.
-STRAINED = 25.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,37 +100,6 @@ class Candidate:
         return self.observed < (least if self.elsewhere > ELSEWHERE else max(least, part * won))
 
 
-def price(simulation: Simulation) -> float:
-    """Deviance that a parameter must gain to be worth having: logarithm of the number of histograms (BIC)."""
-    return float(np.log(simulation.counts.shape[0] * simulation.counts.shape[1]))
-
-
-def cost(simulation: Simulation, fitted: Fit) -> float:
-    """Deviance that a fit's parameters must gain, and its effects where their names are stretched.
-
-    What the data gave zone by zone, which zones are late or share a converter, is a choice for each; that an effect
-    sets in with some frame is one of as many as there are frames. Any other number that the data gave, and no fit
-    varied, is a parameter like others, or one of as many as it is large where it is whole. And each effect is one of
-    as many as there are.
-    """
-    given = [(form, name) for form in fitted.forms for name in form.given]
-    chosen = sum(np.size(form.start[n]) for form, n in given if np.ndim(form.start[n]))
-    onsets = sum(name == "since" for _, name in given)
-    numbers = [number for form in fitted.forms for number in numbers_given(form)]
-    whole = [2 * np.log(2 + abs(number)) for number in numbers if number.is_integer()]
-    choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets + sum(whole)
-    choices += 2 * np.log(len(all_effects())) * len(fitted.forms)
-    counted = fitted.numbers + len(numbers) - len(whole)
-    patterns = 0.0 if fitted.pattern is None else fitted.pattern.cost + price(simulation)
-    return price(simulation) * counted + patterns + choices + strain(simulation, fitted)
-
-
-def strain(simulation: Simulation, fitted: Fit) -> float:
-    """Deviance that the names of a fit must gain for being stretched."""
-    rendering = simulation.rendering(fitted.gain)
-    return STRAINED * sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
-
-
 def candidates_of(
     train: Simulation, test: Simulation, before: Fit, chosen: list[Score], least: float = np.inf
 ) -> list[Candidate]:
@@ -143,9 +107,9 @@ def candidates_of(
 
     least: criterion of another that stands out, which they are to come near.
 
-    Those that cannot come near the best are not fitted to the end, unless none of the others stands out. The best is
-    fitted as its other way has it, too: what scores promise far from where they are true may be off by more than such
-    ways differ.
+    Those that cannot come near the best are not fitted to the end, unless none of the others stands out. The best of
+    each effect that comes near is fitted as its other way has it, too: what scores promise far from where they are true
+    may be off by more than such ways differ.
     """
 
     def begun(found: Score) -> Descent:
@@ -161,10 +125,12 @@ def candidates_of(
     descents = train.each(begun, chosen)
     prices = [least_cost(train, descent.forms) for descent in descents]
     left = race(descents, prices, least)
-    best = min(range(len(chosen)), key=lambda i: descents[i].deviance + prices[i])
-    if chosen[best].other is not None:
-        chosen = [*chosen, chosen[best].other]
-        descents.append(begun(chosen[-1]).run())
+    came_to = [descent.deviance + a for descent, a in zip(descents, prices, strict=True)]
+    near = [i for i in _first_of_each(chosen, came_to) if i not in left and chosen[i].other is not None]
+    others = [chosen[i].other for i in near]
+    began = train.each(begun, others)
+    left += [len(chosen) + i for i in race(began, [prices[i] for i in near], min(*came_to, least))]
+    chosen, descents = [*chosen, *others], [*descents, *began]
     made = train.each(judged, range(len(chosen)))
     if (
         left
@@ -176,10 +142,12 @@ def candidates_of(
     return sorted(made, key=lambda c: c.criterion)
 
 
-def least_cost(train: Simulation, forms: tuple[Form, ...]) -> float:
-    """Deviance that forms must gain at least: of numbers that are drawn, what they fit of noise."""
-    many = len(drawn(forms))
-    return price(train) * (1 + sum(len(form.coordinates) for form in forms) - many) + many
+def _first_of_each(chosen: list[Score], came_to: list[float]) -> list[int]:
+    """Which form of each effect came to least."""
+    first: dict[str, int] = {}
+    for i in sorted(range(len(chosen)), key=came_to.__getitem__):
+        first.setdefault(chosen[i].form.effect.id, i)
+    return list(first.values())
 
 
 def candidate(train: Simulation, test: Simulation, before: Fit, found: Score, fitted: Fit) -> Candidate:

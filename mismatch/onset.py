@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mismatch.candidates import cost
+from mismatch.cost import cost
 from mismatch.fit import Fit, fit, on_others
 from mismatch.noise import Nuisances
 from mismatch.poisson import deviance

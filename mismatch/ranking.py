@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from mismatch.beside import Beside
-from mismatch.candidates import price
+from mismatch.cost import price
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.looked import looked

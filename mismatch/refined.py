@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mismatch.candidates import cost, least_cost
+from mismatch.cost import cost, least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, on_others, reached
 from mismatch.form import Form

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mismatch.candidates import Candidate, cost, strain
+from mismatch.candidates import Candidate
+from mismatch.cost import cost, strain
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.onset import set_in

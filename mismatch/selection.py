@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mismatch.candidates import Candidate, cost, price
+from mismatch.candidates import Candidate
+from mismatch.cost import cost, price
 from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.fluctuation import frame_gain_sigma

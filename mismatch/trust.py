@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from mismatch.candidates import cost
+from mismatch.cost import cost
 from mismatch.fit import Fit, fit, fit_nominal
 from mismatch.selection import Round
 from mismatch.simulation import Simulation

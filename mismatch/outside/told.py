@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mismatch.candidates import least_cost
+from mismatch.cost import least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, fit_nominal, reached
 from mismatch.form import Form, forms_of

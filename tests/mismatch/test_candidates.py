@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mismatch.candidates import Candidate, candidates_of, cost, elsewhere
+from mismatch.candidates import Candidate, candidates_of, elsewhere
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.score import Score
@@ -63,18 +63,6 @@ def test_what_is_elsewhere_is_counted_cell_by_cell(drawn):
     assert 0 < own < total
 
 
-def test_what_data_chose_zone_by_zone_is_paid_for(drawn):
-    """Which of four zones are late: one of two in each, 4 bits."""
-    simulation = drawn(3)
-    form = next(f for f in forms_of(find_effect("time_lag"), SIZES) if f.free == ("burst",) and not f.own)
-    chosen = form.beginning({"burst": 0.01, "late": np.array([0.0, 1, 1, 0])})
-    paid = [
-        cost(simulation, SimpleNamespace(numbers=2, pattern=None, gain=1.0, forms=(f,), settings=()))
-        for f in (form, chosen)
-    ]
-    assert paid[1] - paid[0] == pytest.approx(2 * np.log(2**4))
-
-
 def test_what_has_come_to_nothing_does_not_stand_out():
     """Its trace may fit frames held out though what is left of it gains nothing: it would end the search."""
     fitted = SimpleNamespace(settings=[SimpleNamespace(effect=find_effect("window_clipping"), values={})])
@@ -83,17 +71,6 @@ def test_what_has_come_to_nothing_does_not_stand_out():
             Candidate(None, fitted, 0.0, 0.0, 6.0, observed, observed, 2 * max(observed, 1) ** 0.5, 1.0).stands_out(10)
             == stands
         )
-
-
-def test_a_number_that_data_gave_is_a_parameter(drawn):
-    """A whole one is cheaper, and one with which all recordings begin is none."""
-    simulation = drawn(3)
-    form = next(f for f in forms_of(find_effect("range_aliasing"), SIZES) if f.free == ("counts", "apparent_range"))
-    paid = [
-        cost(simulation, SimpleNamespace(numbers=3, pattern=None, gain=1.0, forms=(f,), settings=()))
-        for f in (form, form.beginning({"apparent_range": 2.0, "speed": -1.5, "still": 1.0, "jitter": 1e-10}))
-    ]
-    assert paid[1] - paid[0] == pytest.approx(np.log(24 * 4) + 2 * np.log(3))
 
 
 def test_what_looks_at_each_frame_may_have_been_shown_more_on_those_held_out():
@@ -105,8 +82,11 @@ def test_what_looks_at_each_frame_may_have_been_shown_more_on_those_held_out():
         assert replace(of(observed, 100, 1.0), scatter=(observed - 100) / (more * 2**0.5)).is_minor(300)
 
 
-def test_the_best_is_fitted_as_its_other_way_has_it(drawn):
-    """A walk that goes by all of a histogram, begun as one that goes by its fullest bin, is found as it is."""
+def test_the_best_of_each_effect_is_fitted_as_its_other_way_has_it(drawn):
+    """A walk that goes by all of a histogram, begun as one that goes by its fullest bin, is found as it is.
+
+    Also where another effect comes nearer than the walk as it was begun.
+    """
     simulation = drawn(3, "range_walk", walk=0.0, logarithmic=4e-11, level=100.0)
     form = next(f for f in forms_of(find_effect("range_walk"), SIZES) if f.free == ("logarithmic", "level"))
     nominal = fit_nominal(simulation)
@@ -119,3 +99,9 @@ def test_the_best_is_fitted_as_its_other_way_has_it(drawn):
     assert second.criterion == alone.criterion
     assert best.fit.settings[-1].values["fullest"] == 0
     assert best.criterion < second.criterion - 10
+    late = drawn(3, "time_zero_offset", delay=2e-11)
+    offset = next(f for f in forms_of(find_effect("time_zero_offset"), SIZES) if not f.own)
+    both = [Score(offset, np.ones(1), 99.0, 1, -50.0, 99.0), replace(wrong, other=right)]
+    best, *walks = candidates_of(late, late, fit_nominal(late), both)
+    assert best.form.effect.id == "time_zero_offset"
+    assert sorted(walk.fit.settings[-1].values["fullest"] for walk in walks) == [0, 1]

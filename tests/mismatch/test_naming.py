@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import poisson
 
-from mismatch.candidates import price
+from mismatch.cost import price
 from mismatch.fit import fit, fit_nominal, on_others
 from mismatch.form import forms_of
 from mismatch.gained import gained

@@ -1,0 +1,35 @@
+"""What is paid for what the data chose, and for what they gave."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mismatch.cost import cost
+from mismatch.form import forms_of
+from physics.effects import find_effect
+
+SIZES = {"zone": 4, "bin": 48}
+
+
+def test_what_data_chose_zone_by_zone_is_paid_for(drawn):
+    """Which of four zones are late: one of two in each, 4 bits."""
+    simulation = drawn(3)
+    form = next(f for f in forms_of(find_effect("time_lag"), SIZES) if f.free == ("burst",) and not f.own)
+    chosen = form.beginning({"burst": 0.01, "late": np.array([0.0, 1, 1, 0])})
+    paid = [
+        cost(simulation, SimpleNamespace(numbers=2, pattern=None, gain=1.0, forms=(f,), settings=()))
+        for f in (form, chosen)
+    ]
+    assert paid[1] - paid[0] == pytest.approx(2 * np.log(2**4))
+
+
+def test_a_number_that_data_gave_is_a_parameter(drawn):
+    """A whole one is cheaper, and one with which all recordings begin is none."""
+    simulation = drawn(3)
+    form = next(f for f in forms_of(find_effect("range_aliasing"), SIZES) if f.free == ("counts", "apparent_range"))
+    paid = [
+        cost(simulation, SimpleNamespace(numbers=3, pattern=None, gain=1.0, forms=(f,), settings=()))
+        for f in (form, form.beginning({"apparent_range": 2.0, "speed": -1.5, "still": 1.0, "jitter": 1e-10}))
+    ]
+    assert paid[1] - paid[0] == pytest.approx(np.log(24 * 4) + 2 * np.log(3))
