@@ -31,6 +31,11 @@ def camera_motion(light: Light) -> Motion:
     return apparent_motion(light) if light.motion is None else light.motion
 
 
+def ahead_m(light: Light) -> np.ndarray:
+    """(F,) metres by which the camera has moved ahead, the way it looked at the start."""
+    return camera_motion(light).forward_m(light.time_s)
+
+
 @kept_of_session
 def apparent_motion(light: Light) -> Motion:
     """The motion of a camera for which most of what is seen stands still; in all frames of the session.

@@ -8,6 +8,8 @@ from physics.rendering import Rendering
 
 # Squares of standard deviations that a ceiling at its largest count must take off a zone's, for it to seem one.
 SHOWN = 20.0
+# Ceilings of two zones that are as far apart as this many standard deviations of counts are not one.
+APART = 4.0
 
 
 class CounterSaturation(Effect):
@@ -64,7 +66,7 @@ class CounterSaturation(Effect):
         """The largest count there is, and a little less; that of each zone which seems to stop there.
 
         Counters are alike where nothing tells otherwise: others stop where the one does that shows it most, unless they
-        have counted beyond.
+        have counted beyond. Where ceilings are seen to differ nobody knows where the others are.
         """
         counts = expected + excess
         found = [{"ceiling": max(2.0, part * float(counts.max()))} for part in (0.8, 0.95, 1.0)]
@@ -74,7 +76,8 @@ class CounterSaturation(Effect):
         gained = gained.sum(axis=(0, 2))
         stops, common = gained > SHOWN, largest[gained.argmax()]
         if stops.any():
-            others = np.where(largest <= common, common, self.parameter("ceiling").high)
+            alike = np.ptp(largest[stops]) < APART * np.sqrt(common)
+            others = np.where(alike & (largest <= common), common, self.parameter("ceiling").high)
             each = np.where(stops, largest, others)
             found.append({"lost": self.parameter("lost").start, "ceiling": each})
         return found

@@ -9,7 +9,7 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.far_wall import normal_of, planes, seen_through, walls
 from physics.folded import one_period_early, periods, seen_beyond
 from physics.light import Return
-from physics.odometry import camera_motion
+from physics.odometry import ahead_m, camera_motion
 from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
@@ -50,6 +50,7 @@ class RangeAliasing(Effect):
     )
     forms = (
         ("counts", "apparent_range"),
+        ("counts", "apparent_range", "spread"),
         ("counts", "apparent_range", "speed"),
         ("counts", "apparent_range", "speed", "jitter"),
         ("counts", "apparent_range", "speed", "spread"),
@@ -127,7 +128,7 @@ class RangeAliasing(Effect):
 
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
-        found = values["speed"] * rendering.light.time_s - values["still"] * _way_m(rendering)
+        found = values["speed"] * rendering.light.time_s - values["still"] * ahead_m(rendering.light)
         levels = np.array([0.0, *(values[name] for name in LEVELS)])
         return found + curve(levels, values["every"], rendering.light.time_s) if levels.any() else found
 
@@ -158,7 +159,7 @@ class RangeAliasing(Effect):
         """
         beyond = [{"folded": 1.0, "period": period} for period in periods(excess, expected, rendering)]
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
-        way_m, clock = _way_m(rendering), rendering.clock
+        way_m, clock = ahead_m(rendering.light), rendering.clock
         way_s = -2 * way_m / speed_of_light
         for still in (0.0, 1.0) if np.ptp(way_s) > clock.bin_width_s / 2 else (0.0,):
             tracks = straight_tracks(excess, expected, rendering, 2 * fastest / speed_of_light, way_s=still * way_s)
@@ -190,11 +191,6 @@ class RangeAliasing(Effect):
 def _beyond(values: Values, rendering: Rendering) -> list[Return]:
     """What is seen beyond the period."""
     return seen_beyond(rendering.light, rendering.clock, values["period"])
-
-
-def _way_m(rendering: Rendering) -> np.ndarray:
-    """(F,) how far the camera has moved ahead."""
-    return camera_motion(rendering.light).forward_m(rendering.light.time_s)
 
 
 effect = RangeAliasing()

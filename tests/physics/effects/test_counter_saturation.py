@@ -67,5 +67,8 @@ def test_the_zone_that_stops_is_seen():
     assert found["lost"] == 1
     np.testing.assert_array_equal(found["ceiling"] < 1e6, [False, True, False, True])
     np.testing.assert_array_equal(found["ceiling"][[1, 3]], 300)
+    counts[:, 2] = np.minimum(counts[:, 2], 500)  # One more that stops elsewhere: nobody knows of the others.
+    found = effect.starts(counts - mean, mean, None)[-1]
+    np.testing.assert_array_equal(found["ceiling"], [2**32, 300, 500, 2**32])
     plain = rng.poisson(mean)
     assert all(np.ndim(start["ceiling"]) == 0 for start in effect.starts(plain - mean, mean, None))
