@@ -76,7 +76,8 @@ class Light:
     def surfaces(self) -> np.ndarray:
         """(F, H, W) int32 number of the surface at each pixel, followed through all frames as `segments` does."""
         if self.part_of is None:
-            return segments(self.range_m, self.intrinsics)
+            cameras = None if self.motion is None else self.motion.at(self.time_s)
+            return segments(self.range_m, self.intrinsics, cameras)
         every, frames = self.part_of
         return every.surfaces[frames]
 

@@ -11,38 +11,40 @@ from numba import njit
 from scipy.ndimage import label
 
 from physics.geometry import pixel_rays
+from physics.trail import Trail
 
 # Change of a surface's slope from pixel to pixel, as a tangent, that ends it; or so many times the median where depth
 # is noisy.
 BENT, NOISY = 0.2, 6.0
 # Pieces of fewer pixels than this part of the image are no surfaces of their own.
 SMALL = 0.004
-# Relative difference of ranges within which pieces lie on one plane; and by which one pixel is e times less likely to
-# see the same still: a surface may come nearer by a tenth from one frame to the next.
-COPLANAR, FOLLOWED = 0.01, 0.05
+# Relative difference of ranges within which pieces lie on one plane.
+COPLANAR = 0.01
 # Neighbours of a pixel: by how many rows and columns it is after them.
 SIDES = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
 
-def segments(range_m: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+def segments(range_m: np.ndarray, intrinsics: np.ndarray, start_from_camera: np.ndarray | None = None) -> np.ndarray:
     """(F, H, W) int32 number of the surface at each pixel, from 1 in order of their pixels in all frames; 0 at none.
 
-    range_m: (F, H, W) metres, NaN or 0 where unknown. intrinsics: (3, 3) pinhole matrix of the grid.
+    range_m: (F, H, W) metres, NaN or 0 where unknown. intrinsics: (3, 3) pinhole matrix of the grid. start_from_camera:
+    (F, 4, 4) where the camera was, None where nobody knows.
     """
-    return _segments(_Ranges(range_m, np.asarray(intrinsics, float)))
+    return _segments(_Ranges(range_m, np.asarray(intrinsics, float), start_from_camera))
 
 
 class _Ranges:
     """Ranges of all frames: the same only as themselves, so that what was made of them is kept as long as needed."""
 
-    def __init__(self, range_m: np.ndarray, intrinsics: np.ndarray) -> None:
-        self.range_m, self.intrinsics = range_m, intrinsics
+    def __init__(self, range_m: np.ndarray, intrinsics: np.ndarray, cameras: np.ndarray | None) -> None:
+        self.range_m, self.intrinsics, self.cameras = range_m, intrinsics, cameras
 
     def __hash__(self) -> int:
         return id(self.range_m)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Ranges) and other.range_m is self.range_m
+        same = isinstance(other, _Ranges) and other.range_m is self.range_m
+        return same and np.array_equal(np.asarray(self.cameras), np.asarray(other.cameras))
 
 
 @lru_cache(maxsize=4)
@@ -50,23 +52,17 @@ def _segments(ranges: _Ranges) -> np.ndarray:
     """See `segments`."""
     rays = pixel_rays(ranges.intrinsics, ranges.range_m.shape[1:])
     length, focal_px = np.linalg.norm(rays, axis=-1), (ranges.intrinsics[0, 0], ranges.intrinsics[1, 1])
-    out = np.zeros(ranges.range_m.shape, np.int32)
-    before, count = None, 0
-    for i, range_m in enumerate(ranges.range_m):
+    trail = Trail(len(ranges.range_m), rays, ranges.intrinsics, ranges.cameras)
+    for range_m in ranges.range_m:
         known = np.isfinite(range_m) & (range_m > 0)
         inverse = np.where(known, length / np.where(known, range_m, 1), np.nan)
-        pieces = _in_frame(inverse, rays, focal_px)
-        if before is not None:
-            pieces, count = _followed(pieces, inverse, out[i - 1], before, count)
-        else:
-            count = int(pieces.max())
-        out[i], before = pieces, inverse
-    sizes = np.bincount(out.ravel(), minlength=count + 1)
+        trail.add(_in_frame(inverse, rays, focal_px), inverse)
+    sizes = np.bincount(trail.numbers.ravel(), minlength=trail.count + 1)
     sizes[0] = 0
-    rank = np.zeros(count + 1, np.int32)
-    rank[np.argsort(-sizes, kind="stable")] = np.arange(1, count + 2)
+    rank = np.zeros(trail.count + 1, np.int32)
+    rank[np.argsort(-sizes, kind="stable")] = np.arange(1, trail.count + 2)
     rank[sizes == 0] = 0
-    return rank[out]
+    return rank[trail.numbers]
 
 
 def _in_frame(inverse: np.ndarray, rays: np.ndarray, focal_px: tuple[float, float]) -> np.ndarray:
@@ -150,27 +146,3 @@ def _joined(found: np.ndarray, numbers: np.ndarray, inverse: np.ndarray, rays: n
             if flat:
                 plane[number] = fitted
     return new[found]
-
-
-def _followed(
-    pieces: np.ndarray, inverse: np.ndarray, earlier: np.ndarray, before: np.ndarray, count: int
-) -> tuple[np.ndarray, int]:
-    """The pieces of a frame with the numbers they had in the one before, new numbers for new ones; how many by now.
-
-    Two pieces are one surface where each shares more with the other than with any third: pixels, the more they are of
-    like depth.
-    """
-    like = np.nan_to_num(np.exp(-np.abs(np.log(inverse / before)) / FOLLOWED))
-    many = int(pieces.max())
-    pairs = pieces.ravel() * (count + 1) + earlier.ravel()
-    shared = np.bincount(pairs, like.ravel(), (many + 1) * (count + 1)).reshape(many + 1, count + 1)
-    shared[0] = shared[:, 0] = 0
-    number = np.zeros(many + 1, np.int32)
-    for piece in range(1, many + 1):
-        other = int(np.argmax(shared[piece]))
-        if shared[piece, other] > 0 and int(np.argmax(shared[:, other])) == piece:
-            number[piece] = other
-        else:
-            count += 1
-            number[piece] = count
-    return number[pieces], count

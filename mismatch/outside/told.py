@@ -16,6 +16,7 @@ from mismatch.rivals import evidence
 from mismatch.score import Score, start_of
 from mismatch.selection import without
 from mismatch.simulation import Simulation
+from mismatch.unseen import marginal_deviance
 
 # Twice the logarithm of the odds that a cause outside must have over the names it would replace: 20 to 1.
 ODDS = 6.0
@@ -28,16 +29,18 @@ def told_outside(
 ) -> tuple[Place, ...]:
     """The cause outside the library that fits better than names of a fit do in their place; none, where none does.
 
-    It is a misfit of the whole recording that has no place; its p-value is the odds of the names against it. beside:
-    whether it may come beside all names as well.
+    It is a misfit of the whole recording that has no place; its p-value is the odds of the names against it. Names that
+    have a number for each zone pay for many; frames held out ask nothing for them, and are not to prefer the names.
+    beside: whether it may come beside all names as well.
     """
     mine, best, said = evidence(train, test, judged), ODDS, ""
+    held = marginal_deviance(test, judged) + ODDS
     for replaced, less in _lessened(train, judged):
         if not (replaced or beside):
             continue
         for other in _outside(train, less, judged):
             won = evidence(train, test, other) - mine
-            if won > best:
+            if won > best and marginal_deviance(test, other) < held:
                 names = " and ".join(form.effect.id for form in replaced)
                 stand = "stand" if len(replaced) > 1 else "stands"
                 whose = f"{names} {stand} in for something else: it" if names else "what is left"

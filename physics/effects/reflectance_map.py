@@ -10,11 +10,13 @@ from physics.marks import likely_marks, place_parameters
 from physics.reflectances import FEW, SURFACES, by_surface, gaps, log_factor
 from physics.rendering import Rendering
 from physics.space_waves import NAMES, WAVE, likely_waves
+from physics.surfaces_amiss import surfaces_amiss
 from physics.texture import COARSE, PRODUCTS, SPACE, VIEW, passing
 from physics.told_apart import BOTH, REFLECTANCE, WHICH, surfaces_alone
 
-# Surfaces that a fit tries alone, and gaps in range that it tries as ends of what is near.
-ALONE, GAPS = 8, 4
+# Surfaces that a fit tries alone, the largest and others that counts suggest; gaps in range that it tries as ends of
+# what is near.
+ALONE, SUGGESTED, GAPS = 8, 4, 4
 # Logarithm of a factor beyond which no fit has any business; larger ones are no numbers soon.
 LARGEST = 20.0
 # Where ranges vary by more than this the sensor moves, or what it sees.
@@ -135,9 +137,11 @@ class ReflectanceMap(Effect):
         return "it stays where it is in the view while surfaces pass there"
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Each of the largest surfaces alone; what is nearer than gaps in range; several materials."""
-        alone = [{"one": self.parameter("one").start} | which for which in surfaces_alone(rendering.light, ALONE)]
-        if any(which["told_by"] == REFLECTANCE for which in alone):
+        """Large surfaces alone, and small ones that are amiss; what is nearer than gaps in range; several materials."""
+        smaller = surfaces_amiss(excess, expected, rendering, ALONE, SUGGESTED)
+        which = [*surfaces_alone(rendering.light, ALONE), *smaller]
+        alone = [{"one": self.parameter("one").start} | one for one in which]
+        if any(one["told_by"] == REFLECTANCE for one in alone):
             first = {name: self.parameter(name).start for name in SURFACES[:FEW]}
             alone += [first | {"told_by": by} for by in (REFLECTANCE, BOTH)]
         ends = self.parameter("near_range").low, self.parameter("near_range").high

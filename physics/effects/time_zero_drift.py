@@ -35,6 +35,8 @@ class TimeZeroDrift(Effect):
         ("rate", "curve", "zero_at"),
         LEVELS,
         (*LEVELS, *BETWEEN),
+        (*LEVELS, "zero_at"),
+        (*LEVELS, *BETWEEN, "zero_at"),
         ("jump",),
     )
     parameters = (
@@ -94,13 +96,14 @@ class TimeZeroDrift(Effect):
         return rendering.arrivals.delayed(_since(values, time_s[:, None]) - _since(values, right))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Time zero right in the middle of the session; levels as long as it, and the jump that frames show most."""
+        """Time zero right in the middle of the session; levels as long as it, beside that too; the clearest jump."""
         time_s, mean = rendering.light.time_s, np.maximum(expected, 1)
         rise = np.gradient(expected, axis=-1) / rendering.clock.bin_width_s
         weight = (rise**2 / mean).sum(axis=(1, 2))
         late_s = -(rise * excess / mean).sum(axis=(1, 2)) / np.maximum(weight, 1e-12)
         walks = walk_starts({p.name: p for p in self.parameters}, time_s, late_s, weight)
-        return [{"zero_at": float(time_s.mean())}, *walks]
+        middle = {"zero_at": float(time_s.mean())}
+        return [middle, *walks, *(walk | middle for walk in walks if "every" in walk)]
 
 
 def _since(values: Values, time_s: np.ndarray | float) -> np.ndarray | float:

@@ -1,8 +1,11 @@
 """Causes outside the library, told from the names that look like them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+import mismatch.outside.told as module
 from mismatch.explain import explain
 
 
@@ -47,3 +50,19 @@ def test_a_name_that_is_right_stands(drawn, name, values):
     verdict = explain(drawn(8, name, **values)).verdict
     assert [effect.id for effect in verdict.effects] == [name]
     assert verdict.verdict == "explained"
+
+
+@pytest.mark.parametrize(("worse", "told"), [(5.0, True), (8.0, False)])
+def test_frames_held_out_that_prefer_a_name_keep_it(drawn, monkeypatch, worse, told):
+    """However likely a cause outside is by both halves: names with a number for each zone pay for many."""
+    simulation = drawn(8)
+    judged, other = ("names", 0.0), SimpleNamespace(forms=[SimpleNamespace(effect=SimpleNamespace(sentence="x"))])
+    name = SimpleNamespace(effect=SimpleNamespace(id="zone_gain"))
+    monkeypatch.setattr(module, "_lessened", lambda *_: iter([((name,), None)]))
+    monkeypatch.setattr(module, "_outside", lambda *_: [other])
+    monkeypatch.setattr(module, "evidence", lambda *of: 40.0 * (of[-1] is other))
+    monkeypatch.setattr(module, "marginal_deviance", lambda _, fitted: 100.0 + worse * (fitted is other))
+    found = module.told_outside(simulation, simulation, simulation, judged, beside=False)
+    assert [place.sentence for place in found] == (
+        ["zone_gain stands in for something else: it fits better, by 40 in deviance, if x"] if told else []
+    )
