@@ -29,9 +29,8 @@ def told_outside(
 ) -> tuple[Place, ...]:
     """The cause outside the library that fits better than names of a fit do in their place; none, where none does.
 
-    It is a misfit of the whole recording that has no place; its p-value is the odds of the names against it. Names that
-    have a number for each zone pay for many; frames held out ask nothing for them, and are not to prefer the names.
-    beside: whether it may come beside all names as well.
+    It is a misfit of the whole recording that has no place; its p-value is the odds of the names against it. beside:
+    whether it may come beside all names as well.
     """
     mine, best, said = evidence(train, test, judged), ODDS, ""
     held = marginal_deviance(test, judged) + ODDS
@@ -40,7 +39,10 @@ def told_outside(
             continue
         for other in _outside(train, less, judged):
             won = evidence(train, test, other) - mine
-            if won > best and marginal_deviance(test, other) < held:
+            # Numbers of zones are told by these alone, yet each pays as if all told it: what they lose so is not to
+            # count against frames held out, which ask nothing for them. Those that are drawn do not pay like that.
+            paid = judged.pattern is None and any(form.own for form in replaced)
+            if won > best and not (paid and marginal_deviance(test, other) > held):
                 names = " and ".join(form.effect.id for form in replaced)
                 stand = "stand" if len(replaced) > 1 else "stands"
                 whose = f"{names} {stand} in for something else: it" if names else "what is left"

@@ -52,12 +52,17 @@ def test_a_name_that_is_right_stands(drawn, name, values):
     assert verdict.verdict == "explained"
 
 
-@pytest.mark.parametrize(("worse", "told"), [(5.0, True), (8.0, False)])
-def test_frames_held_out_that_prefer_a_name_keep_it(drawn, monkeypatch, worse, told):
-    """However likely a cause outside is by both halves: names with a number for each zone pay for many."""
+@pytest.mark.parametrize(
+    ("worse", "own", "pattern", "told"),
+    [(5.0, ("factor",), None, True), (8.0, ("factor",), None, False), (8.0, (), None, True), (8.0, ("edge",), 1, True)],
+)
+def test_frames_held_out_that_prefer_a_name_with_numbers_of_zones_keep_it(
+    drawn, monkeypatch, worse, own, pattern, told
+):
+    """However likely a cause outside is by both halves."""
     simulation = drawn(8)
-    judged, other = ("names", 0.0), SimpleNamespace(forms=[SimpleNamespace(effect=SimpleNamespace(sentence="x"))])
-    name = SimpleNamespace(effect=SimpleNamespace(id="zone_gain"))
+    judged, name = SimpleNamespace(pattern=pattern), SimpleNamespace(effect=SimpleNamespace(id="zone_gain"), own=own)
+    other = SimpleNamespace(forms=[SimpleNamespace(effect=SimpleNamespace(sentence="x"))])
     monkeypatch.setattr(module, "_lessened", lambda *_: iter([((name,), None)]))
     monkeypatch.setattr(module, "_outside", lambda *_: [other])
     monkeypatch.setattr(module, "evidence", lambda *of: 40.0 * (of[-1] is other))
