@@ -65,4 +65,6 @@ def test_footprints_that_stand_still_are_those_of_each_frame(boards):
     one, other = (Rendering(rendering.light, of, None, 1.0, background=2.0) for of in (still, moving))
     expected = received(other, np.ones(SHAPE))
     excess = received(other, np.where(where == 4, 1.3, 1.0)) - expected
-    assert surfaces_amiss(excess, expected, one, 2, 3) == surfaces_amiss(excess, expected, other, 2, 3)
+    found = surfaces_amiss(excess, expected, one, 2, 3)
+    assert len(found) > 0
+    assert found == surfaces_amiss(excess, expected, other, 2, 3)

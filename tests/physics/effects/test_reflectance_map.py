@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import physics.effects.reflectance_map as module
 from physics.effects.reflectance_map import effect
 from physics.light import direct_light
 from physics.motion import Motion
@@ -174,11 +175,21 @@ def test_black_and_unknown_stay_dark_and_the_rest_is_finite(contrast, step, spot
     assert np.isnan(found.reflectance[0, 0, 1])
 
 
-def near_ranges(light):
+def suggested(light):
     where = SimpleNamespace(weights=np.ones((1, *light.range_m.shape[1:])))
     rendering = SimpleNamespace(light=light, footprints=where, background=0.0)
     even = np.ones((light.frames, 1, 1))
-    return [start["near_range"] for start in effect.starts(0 * even, even, rendering) if "near" in start]
+    return effect.starts(0 * even, even, rendering)
+
+
+def near_ranges(light):
+    return [start["near_range"] for start in suggested(light) if "near" in start]
+
+
+def test_small_surfaces_that_are_amiss_begin_beside_the_large_ones(monkeypatch):
+    light = direct_light(np.where(np.arange(10) < 3, 1.0, 2.0) * np.ones(SHAPE), INTRINSICS)
+    monkeypatch.setattr(module, "surfaces_amiss", lambda *_: [{"surface": 11.0, "told_by": 0.0}])
+    assert [start["surface"] for start in suggested(light) if "one" in start] == [1, 2, 11]
 
 
 @given(st.floats(0.3, 0.7), st.floats(1.3, 1.9))

@@ -46,3 +46,12 @@ def test_it_suggests_the_jump(small):
     rendering = Rendering(light, small.footprints, small.clock, 1e4, background=3.0)
     jump = next(start for start in effect.starts(excess, nominal, rendering) if "jump" in start)
     assert jump["jump_at"] == pytest.approx(0.05)
+
+
+def test_a_walk_begins_at_the_start_and_in_the_middle_of_the_session(small):
+    light = replace(small.light, time_s=np.array([0.0, 0.1, 0.6]))
+    nominal = ForwardModel(light, small.footprints, small.clock, 3.0).expected(1e4)
+    rendering = Rendering(light, small.footprints, small.clock, 1e4, background=3.0)
+    walks = [start for start in effect.starts(0 * nominal, nominal, rendering) if "every" in start]
+    assert [walk["every"] for walk in walks] == pytest.approx([0.1, 0.1])
+    assert [walk.get("zero_at") for walk in walks] == [None, pytest.approx(0.7 / 3)]
