@@ -7,6 +7,7 @@ import numpy as np
 
 from physics.arrivals import Arrivals
 from physics.bounce import bounces
+from physics.cavity import gone_round
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.hidden_bounces import hidden
 from physics.light import Light, Return
@@ -22,7 +23,7 @@ SIDES_DEG = (0.0, 90.0, 180.0, -90.0)
 
 
 class Multipath(Effect):
-    """Seven ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
+    """Eight ways of a second bounce, each alone or with the others; surfaces are matt, of the assumed reflectance.
 
     Between two visible surfaces, matt or rough: `physics.bounce`.
 
@@ -56,6 +57,9 @@ class Multipath(Effect):
     By way of one patch outside the view, a part of the robot or of a wall, small or wide: `physics.outside_patch`.
 
     By way of walls on all sides, as of a corridor: the mean of such planes, |X'| = √(r² + 4 distance²) and θ' = θ.
+
+    Round and round in a cavity about the target, the larger the farther it is: a part of the direct light, broad, and
+    late by a part of its own time of flight: `physics.cavity`.
     """
 
     id = "multipath"
@@ -74,6 +78,7 @@ class Multipath(Effect):
         ("around", "around_distance"),
         ("outside", "outside_distance", "outside_azimuth", "outside_tilt"),
         ("patch", "patch_x", "patch_y", "patch_z", "patch_wide"),
+        ("cavity", "cavity_late", "cavity_breadth"),
     )
     look_alikes = (
         LookAlike("second_surface", "Step the target in range: a bounce's delay changes, a second surface's stays."),
@@ -113,6 +118,9 @@ class Multipath(Effect):
         Parameter("patch_wide", "m", 0.0, 2.0, 0.0, "How far its parts are about it, one sigma.", tries=(0.05,)),
         Parameter("patch_stands", "1", 0.0, 1.0, 0.0, "1 where it stays where it was, 0 where it goes along."),
         Parameter("patch_dimmed", "1", 0.0, 1.0, 0.0, "1 where it goes with what surfaces send back directly."),
+        Parameter("cavity", "1", 0.0, 10.0, 0.05, "What goes round in a cavity, over what comes directly.", 0.0),
+        Parameter("cavity_late", "1", 0.02, 5.0, 0.4, "How late it is, over its time of flight.", tries=(0.2, 0.5)),
+        Parameter("cavity_breadth", "1", 0.1, 2.0, 0.6, "How broad it is, one sigma, over how late."),
     )
 
     def owns_up(self, values: Values) -> bool:
@@ -168,6 +176,9 @@ class Multipath(Effect):
         if values["sensor"]:
             back = from_face(rendering.light, rendering.footprints, rendering.clock)
             total = total + values["sensor"] / np.pi**2 * back
+        if values["cavity"]:
+            late = float(values["cavity_late"]), float(values["cavity_breadth"])
+            total = total + values["cavity"] * gone_round(rendering.arrivals.light, rendering.clock, *late)
         return replace(rendering.arrivals, light=total)
 
 

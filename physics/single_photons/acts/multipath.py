@@ -7,6 +7,7 @@ from scipy.constants import speed_of_light
 
 from physics.effect import Values
 from physics.single_photons.by_patch import patch_light, patch_way
+from physics.single_photons.by_plane import plane_light
 from physics.single_photons.draw import delays, many
 from physics.single_photons.facing import facets, solid_angles
 from physics.single_photons.world import Photons, World
@@ -14,9 +15,6 @@ from physics.single_photons.world import Photons, World
 # Between so many points paths are drawn; where the image has more, in each frame between others, chosen at random.
 MOST_POINTS = 3000
 ROWS = 256
-# Targets nearer to the outside plane than this part of its distance are lit in proportion, those behind it not at all;
-# so are all while the sensor is nearer to it than this part of its distance when the session began.
-EDGE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +42,8 @@ class Lit:
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """More photons, of seven kinds."""
-    for way in (_by_the_lens, _by_a_mirror, _by_walls_around):
+    """More photons, of eight kinds."""
+    for way in (_by_the_lens, _by_a_mirror, _by_walls_around, _in_a_cavity):
         photons = photons.and_also(way(world, values, rng))
     lit = _lit(world)
     ways = {"between": _between, "sensor": _by_the_sensors_face, "outside": _by_a_plane_outside, "patch": _by_a_patch}
@@ -113,51 +111,43 @@ def _by_the_sensors_face(lit: Lit, world: World, values: Values, rng: np.random.
 
 def _by_the_lens(world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Sensor, surface, lens, the same surface, sensor: lit again by so much of what it sent to a square metre."""
-    ranges = np.where(world.range_m > 0, world.range_m, np.nan)
-    sends = np.nan_to_num(world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges**2)
+    sends = _sends(world, world.range_m**2)
     zone, pixel = many(world.gain * values["retro"] * world.weights * sends * sends, rng)
     return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel] + 2 * values["face"], rng)
 
 
 def _by_a_mirror(world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Sensor, surface, the sensor's face, the same surface, sensor: a part that falls with a power of range."""
-    ranges = np.where(world.range_m > 0, world.range_m, np.nan)
-    sends = world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / ranges ** (2 + values["spreading"])
-    zone, pixel = many(world.gain * values["mirrored"] * world.weights * np.nan_to_num(sends), rng)
+    sends = _sends(world, world.range_m ** (2 + values["spreading"]))
+    zone, pixel = many(world.gain * values["mirrored"] * world.weights * sends, rng)
     return _photons(world, zone, pixel, 4 * world.range_m.ravel()[pixel] + 2 * values["face"], rng)
 
 
 def _by_walls_around(world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Sensor, a wall where it mirrors, surface, sensor: as from a source twice as far aside as the wall."""
-    ranges = np.where(world.range_m > 0, world.range_m, np.nan)
-    far = np.sqrt(ranges**2 + (2 * values["around_distance"]) ** 2)
-    sends = np.nan_to_num(world.reflectance * world.gloss * np.clip(world.cosine, 0, None) / far**2)
-    zone, pixel = many(world.gain * values["around"] * world.weights * sends, rng)
-    return _photons(world, zone, pixel, (far + ranges).ravel()[pixel], rng)
+    far = np.sqrt(world.range_m**2 + (2 * values["around_distance"]) ** 2)
+    zone, pixel = many(world.gain * values["around"] * world.weights * _sends(world, far**2), rng)
+    return _photons(world, zone, pixel, (far + world.range_m).ravel()[pixel], rng)
+
+
+def _in_a_cavity(world: World, values: Values, rng: np.random.Generator) -> Photons:
+    """Sensor, surface, and round a cavity as large as it is far: a way longer by a part that is gamma-distributed."""
+    zone, pixel = many(world.gain * values["cavity"] * world.weights * _sends(world, world.range_m**2), rng)
+    spread = values["cavity_breadth"] ** 2
+    longer = rng.gamma(1 / spread, values["cavity_late"] * spread, len(zone))
+    return _photons(world, zone, pixel, 2 * world.range_m.ravel()[pixel] * (1 + longer), rng)
+
+
+def _sends(world: World, dimmer: np.ndarray) -> np.ndarray:
+    """What each pixel's surface sends back of light that is dimmed so much; nothing where there is no surface."""
+    facing = np.clip(world.cosine, 0, None)
+    return np.nan_to_num(world.reflectance * world.gloss * facing / np.where(world.range_m > 0, dimmer, np.nan))
 
 
 def _by_a_plane_outside(lit: Lit, world: World, values: Values, rng: np.random.Generator) -> Photons:
-    """Sensor, a point of the plane where it mirrors, surface, sensor; all as seen when the session began."""
-    azimuth, tilt = np.radians([values["outside_azimuth"], values["outside_tilt"]])
-    distance = values["outside_distance"]
-    axis = np.array([np.cos(azimuth) * np.cos(tilt), np.sin(azimuth) * np.cos(tilt), np.sin(tilt)])
-    stands = values["outside_stands"] and world.start_from_camera is not None
-    moved = world.start_from_camera if stands else np.eye(4)
-    sensor, point = moved[:3, 3], lit.point_m @ moved[:3, :3].T + moved[:3, 3]
-    normal = lit.normal @ moved[:3, :3].T
-    away, gap = distance - sensor @ axis, distance - point @ axis
-    before = (gap > 0) & (away > 0)
-    gap = np.where(before, gap, 1.0)
-    behind = point + 2 * gap[:, None] * axis - sensor
-    # The straight way to the image crosses the plane where the real one turns.
-    turn = sensor + behind * (away / np.where(before, behind @ axis, 1.0))[:, None]
-    back = turn - point
-    cosine = (back * normal).sum(axis=1) / np.linalg.norm(back, axis=1)
-    far = np.linalg.norm(behind, axis=1)
-    nearness = np.minimum(gap / (EDGE * max(away, 1e-12)), 1) * min(away / (EDGE * distance), 1)
-    sends = lit.sends if values["outside_dimmed"] else lit.albedo * np.clip(cosine, 0, None) / far**2
-    light = np.where(before, sends * nearness, 0)
-    zone, target = many((world.gain * lit.weights * values["outside"] * light)[:, None], rng)
+    """Sensor, a point of the plane where it mirrors, surface, sensor."""
+    light, far = plane_light(lit.point_m, lit.normal, lit.albedo, lit.sends, world, values)
+    zone, target = many((world.gain * lit.weights * light)[:, None], rng)
     return _photons(world, zone, lit.pixel[target], (far + lit.range_m)[target], rng)
 
 

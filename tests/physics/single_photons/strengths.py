@@ -137,6 +137,7 @@ STRENGTHS = {
         {"mirrored": 0.1, "face": 0.11},
         {"retro": 0.05, "face": -0.07},
         {"around": 0.5, "around_distance": 0.4},
+        {"cavity": 0.3, "cavity_late": 0.35, "cavity_breadth": 0.5},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.4, "outside_azimuth": 200},
         {"between": 0, "sensor": 0, "outside": 0.5, "outside_distance": 0.5, "outside_azimuth": 70, "outside_tilt": 30},
         {"outside": 0.05, "outside_distance": 0.3, "outside_azimuth": -80, "outside_stands": 0, "outside_dimmed": 1},
