@@ -7,7 +7,7 @@ from physics.arrivals import delayed
 from physics.clock import Clock
 
 # Light is followed by so many steps over the whole window: it comes so broadly that finer ones are not seen.
-STEPS = 512
+STEPS = 256
 
 
 def gone_round(light: np.ndarray, clock: Clock, late: float, breadth: float) -> np.ndarray:
@@ -23,14 +23,11 @@ def gone_round(light: np.ndarray, clock: Clock, late: float, breadth: float) -> 
     wide = -(-size // STEPS)
     zero = (np.broadcast_to(np.asarray(clock.time_zero_s, float), (frames, zones)) - lattice.first_s) / lattice.step_s
     flown = delayed(light, -zero)
-    steps = -(-size // wide)
-    # The knots of a step, in proportion to how near they are to it: hats about its centre, at 0, 1, 2… times `wide`.
-    knot = np.arange(size)
-    step, part = knot // wide, knot % wide / wide
-    share = np.zeros((size, steps + 1))
-    share[knot, step] += 1 - part
-    share[knot, step + 1] += part
-    by_step = flown @ share[:, :steps]
+    # Hats about the centres of steps, at 0, 1, 2… times `wide`: the knots of each in proportion to how near they are.
+    steps, part = -(-size // wide), np.arange(wide) / wide
+    knots = np.pad(flown, ((0, 0), (0, 0), (0, steps * wide - size))).reshape(frames, zones, steps, wide)
+    by_step = knots @ (1 - part)
+    by_step[..., 1:] += (knots @ part)[..., :-1]
     later = by_step[..., 1:] @ _shares_later(steps, late, breadth)
     even = np.repeat(later / wide, wide, axis=-1)[..., :size]
     # Knots of a step lie after its beginning, half a step before its centre.
