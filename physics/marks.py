@@ -8,6 +8,7 @@ import numpy as np
 from physics.effect import Parameter, Values
 from physics.light import Light
 from physics.rendering import Rendering
+from physics.shares_amiss import evidence_of_shares
 from physics.texture import places
 
 # Width of a mark's rim, as a part of its size.
@@ -79,23 +80,17 @@ def likely_marks(
 ) -> list[dict[str, float]]:
     """The places and sizes of marks that explain most of an excess by zone and frame, the best first.
 
-    excess, expected: (F, P, T) counts. By weighted least squares of what each zone receives in all, beside a gain of
-    the whole; at places spread over what was seen.
+    excess, expected: (F, P, T) counts. Beside a gain of the session, at places spread over what was seen.
     """
     some = looked_at(rendering.light)
     weights, strength = rendering.footprints.weights[some], np.nan_to_num(rendering.light.returns[0].strength[some])
-    signal = np.maximum(expected - rendering.background, 0).sum(axis=-1)
-    noise = 1 / np.maximum(expected.sum(axis=-1), 1)
-    amiss = excess.sum(axis=-1)
-    amiss = amiss - signal * (amiss * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
-    found = []
-    for place, inside in balls(rendering.light):
-        share = received(strength * inside, weights)
-        share = share - signal * (share * signal * noise).sum() / max((signal**2 * noise).sum(), 1e-300)
-        told = (share**2 * noise).sum()
-        evidence = (share * amiss * noise).sum() ** 2 / told if told > 0 else 0.0
-        found.append((float(evidence), {f"mark_{name}": value for name, value in place.items()}))
-    return [place for _, place in sorted(found, key=lambda one: -one[0])[:most]]
+    found = list(balls(rendering.light))
+    if not found:
+        return []
+    shares = np.stack([received(strength * inside, weights) for _, inside in found], axis=-1)
+    evidence = evidence_of_shares(excess, expected, rendering.background, shares, gained=(0, 1))
+    best = np.argsort(-evidence, kind="stable")[:most]
+    return [{f"mark_{name}": value for name, value in found[k][0].items()} for k in best]
 
 
 def spread(points: np.ndarray, apart: float) -> np.ndarray:

@@ -4,6 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from physics.rendering import Rendering
+from physics.shares_amiss import evidence_of_shares
 from physics.told_apart import GEOMETRY, WHICH
 
 # Deviance that the factor of a surface must explain to be looked at: of thirty, noise makes a tenth of that.
@@ -15,18 +16,13 @@ def surfaces_amiss(
 ) -> list[dict[str, float]]:
     """Surfaces beyond the `first` largest whose factors explain most of an excess, at most so many, the best first.
 
-    excess, expected: (F, P, T) counts. By weighted least squares of what each zone receives in all, each beside a gain
-    of every frame.
+    excess, expected: (F, P, T) counts. Each beside a gain of every frame.
     """
     last = min(int(WHICH[0].high), int(rendering.light.surfaces.max(initial=0)))
     if last <= first:
         return []
     shares = _received(rendering, last)[..., first:]
-    noise = 1 / np.maximum(expected.sum(axis=-1), 1)[..., None]
-    signal = np.maximum(expected - rendering.background, 0).sum(axis=-1)[..., None]
-    amiss, shares = (_beside(of, signal, noise) for of in (excess.sum(axis=-1)[..., None], shares))
-    told = (shares**2 * noise).sum(axis=(0, 1))
-    evidence = (shares * amiss * noise).sum(axis=(0, 1)) ** 2 / np.maximum(told, 1e-300)
+    evidence = evidence_of_shares(excess, expected, rendering.background, shares, gained=(1,))
     best = [k for k in np.argsort(-evidence, kind="stable")[:most] if evidence[k] > EVIDENCE]
     return [{"surface": float(first + 1 + k), "told_by": GEOMETRY} for k in best]
 
@@ -41,9 +37,3 @@ def _received(rendering: Rendering, last: int) -> np.ndarray:
         seen = weights[i] if weights.ndim == 4 else weights
         found.append((of @ seen.reshape(len(seen), pixels).T)[1 : last + 1].T)
     return np.array(found)
-
-
-def _beside(of: np.ndarray, signal: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """(F, P, N) less, frame by frame, what goes with the signal (F, P, 1)."""
-    gained = (of * signal * noise).sum(axis=1, keepdims=True)
-    return of - signal * gained / np.maximum((signal**2 * noise).sum(axis=1, keepdims=True), 1e-300)
