@@ -20,6 +20,8 @@ from physics.walls_around import by_walls_around, likely_distances
 
 # Directions of a plane outside the view that a fit begins with.
 SIDES_DEG = (0.0, 90.0, 180.0, -90.0)
+# By such a part of its time of flight light is late that has gone once across a cavity as wide as the target is far.
+LATE = 0.75
 
 
 class Multipath(Effect):
@@ -119,9 +121,13 @@ class Multipath(Effect):
         Parameter("patch_stands", "1", 0.0, 1.0, 0.0, "1 where it stays where it was, 0 where it goes along."),
         Parameter("patch_dimmed", "1", 0.0, 1.0, 0.0, "1 where it goes with what surfaces send back directly."),
         Parameter("cavity", "1", 0.0, 10.0, 0.05, "What goes round in a cavity, over what comes directly.", 0.0),
-        Parameter("cavity_late", "1", 0.02, 5.0, 0.4, "How late it is, over its time of flight.", tries=(0.2, 0.5)),
+        Parameter("cavity_late", "1", 0.02, 2.0, 0.4, "How late it is, over its time of flight.", tries=(0.2, 0.5)),
         Parameter("cavity_breadth", "1", 0.1, 2.0, 0.6, "How broad it is, one sigma, over how late."),
     )
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """Whether light goes round for nearly as long as it flew: it is rather held by traps."""
+        return bool(values["cavity"] and values["cavity_late"] > LATE)
 
     def owns_up(self, values: Values) -> bool:
         """Whether light goes between surfaces, of which the image shows one side."""
