@@ -30,8 +30,8 @@ from mismatch.work import MOST_RENDERINGS
 A_QUARTER = 0.25
 # Nor is more deviance than this negligible on frames held out, whatever was explained.
 LARGE = 500.0
-# What may be left, as such a part, where an effect leaves to be guessed what nobody saw: frames tell roughly how far
-# off guesses are.
+# What may be left, as such a part of what effects explained that leave to be guessed what nobody saw: frames tell
+# roughly how far off guesses are.
 NOT_SEEN = 0.15
 # How many times what another formula gains may be left where that is said to take it up.
 TAKEN_UP = 2.0
@@ -102,9 +102,9 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     most = min(max(MINOR, MINOR_PART * won), A_QUARTER * won)
     small = minor is not None and remains < min(most, TAKEN_UP * minor.observed)
     doubted = doubts(simulation, explained, effects)
-    guesses = any(setting.effect.owns_up(setting.values) for setting in judged.settings)
-    little = NOT_SEEN * won if guesses else min(NEGLIGIBLE * won, LARGE)
-    negligible = (small or remains < little) and not any(place.foreign for place in left)
+    guesses = {setting.effect.id for setting in judged.settings if setting.effect.owns_up(setting.values)}
+    guessed = sum(effect.heldout_gain for effect in effects if effect.id in guesses)
+    negligible = (small or remains < little(won, guessed)) and not any(place.foreign for place in left)
     # As many causes as there may be, and still something: none of them need be there.
     negligible &= len(judged.forms) < MOST_EFFECTS
     if doubted or (left and not (judged.forms and negligible)):
@@ -128,6 +128,14 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     if simulation is not every:
         nominal, explained = (fit(every, one.forms, one.x, sigma, most_steps=0) for one in (nominal, explained))
     return Explanation(verdict, every, train.frames, test.frames, nominal, explained, judged, tuple(rounds))
+
+
+def little(won: float, guessed: float) -> float:
+    """Deviance on frames held out that does not make an explanation unknown which gained `won` there.
+
+    guessed: how much of that is of effects which leave to be guessed what nobody saw.
+    """
+    return max(NOT_SEEN * guessed, min(NEGLIGIBLE * won, LARGE))
 
 
 def _cut_short(simulation: Simulation) -> tuple[str, ...]:

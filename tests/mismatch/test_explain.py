@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mismatch import work
-from mismatch.explain import explain
+from mismatch.explain import LARGE, explain, little
 from mismatch.improved import improved_sensor
 from mismatch.open_simulation import simulation_of
 from mismatch.prove.strangers import travelling_ripple
@@ -170,3 +170,11 @@ def test_a_pulse_before_the_pulse_is_a_surface_in_front_or_none(rig, simulated, 
 def test_false_alarms_are_rare(drawn):
     wrong = [seed for seed in range(40) if explain(drawn([15, seed])).verdict.verdict != "agrees"]
     assert len(wrong) <= 1, wrong
+
+
+def test_more_may_be_left_of_what_leaves_things_to_be_guessed_not_of_what_is_beside_it():
+    assert little(1000.0, 0.0) == pytest.approx(30)
+    assert little(1000.0, 1000.0) == pytest.approx(150)
+    # A bounce of 40 beside a pulse of 3000 does not excuse 300 of that.
+    assert little(3000.0, 40.0) == pytest.approx(90)
+    assert little(1e6, 0.0) == LARGE

@@ -310,3 +310,10 @@ def test_the_ways_add_up(small):
     assert all((way > -1e-9).all() for way in alone)
     together = model.expected(1e3, [effect.at(between=0.7, sensor=1e-2, outside=0.3, retro=1e-2)]) - model.expected(1e3)
     np.testing.assert_allclose(together, sum(alone), atol=1e-9 * together.max())
+
+
+def test_a_cavity_that_holds_light_longer_than_it_is_wide_is_a_stretched_name():
+    one = {"cavity": 0.1, "cavity_breadth": 0.5}
+    assert not effect.strained(effect.at(**one, cavity_late=0.5).values, None)
+    assert effect.strained(effect.at(**one, cavity_late=1.5).values, None)
+    assert not effect.strained(effect.at(between=1.0, cavity=0.0, cavity_late=1.5).values, None)
