@@ -66,7 +66,8 @@ def explain(simulation: Simulation, notes: tuple[str, ...] = ()) -> Explanation:
 def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Explanation:
     """See `explain`."""
     frames, zones, bins = simulation.counts.shape
-    forms = all_forms({"zone": zones, "bin": bins}, without=tuple(s.effect.id for s in simulation.given))
+    given = tuple(setting.effect.id for setting in simulation.given)
+    forms = all_forms({"zone": zones, "bin": bins}, without=given, guessed=simulation.guessed)
     simulation, found = searched(simulation, forms)
     train, test, rounds, judged, contests = found.train, found.test, found.rounds, found.judged, found.contests
     every, simulation = simulation, found.simulation

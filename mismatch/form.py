@@ -163,11 +163,12 @@ def forms_of(effect: Effect, sizes: dict[str, int]) -> Iterator[Form]:
                 yield Form(effect, names, divided, start, many)
 
 
-def all_forms(sizes: dict[str, int], without: tuple[str, ...] = ()) -> list[Form]:
-    """All forms of all effects but those named."""
+def all_forms(sizes: dict[str, int], without: tuple[str, ...] = (), guessed: bool = False) -> list[Form]:
+    """All forms of all effects but those named. guessed: whether time zero was estimated from the recording."""
     return [
         form
         for name, effect in sorted(all_effects().items())
         if name not in without
         for form in forms_of(effect, sizes)
+        if guessed or form.free not in effect.untold
     ]

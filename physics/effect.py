@@ -32,18 +32,17 @@ class LookAlike:
 class Effect:
     """One cause. A subclass fills in the class variables and the methods named after what it changes.
 
-    id: public name. acts_on: one of STAGES. order: among effects that act on the same, the lower comes first.
+    id: public name. acts_on: one of STAGES; of those that act on the same the one of lower `order` comes first.
     sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
     forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
     richer: those of the forms that are tried only where another of the effect's was chosen and leaves something.
-    common: those in which zones have no values of their own in a fit, as to render them takes too long. uneven: those
-    in which they have in any case, as what all share is another form.
-    exact: whether anybody would write it in the same way, so that hardly anything is left of it once it is fitted.
+    untold: those tried only where time zero was estimated. common: those in which zones have no values of their own, as
+    fits would take too long. uneven: those in which they have in any case. exact: whether anybody would write it so.
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
     takes the parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random
-    numbers, work on all frames at once, are continuous in every parameter, and leave the field as it was where the
-    parameters vanish. One that mixes frames says how far it looks by `reach`.
+    numbers, work on all frames at once, are continuous, and leave the field as it was where the parameters vanish. One
+    that mixes frames says how far it looks by `reach`.
     """
 
     id: ClassVar[str]
@@ -54,6 +53,7 @@ class Effect:
     order: ClassVar[int] = 0
     forms: ClassVar[tuple[tuple[str, ...], ...]] = ()
     richer: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    untold: ClassVar[tuple[tuple[str, ...], ...]] = ()
     common: ClassVar[tuple[tuple[str, ...], ...]] = ()
     uneven: ClassVar[tuple[tuple[str, ...], ...]] = ()
     exact: ClassVar[bool] = False
@@ -70,10 +70,10 @@ class Effect:
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of this name."""
-        if name in self._by_name:
-            return self._by_name[name]
-        known = ", ".join(self._by_name)
-        raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
+        if name not in self._by_name:
+            known = ", ".join(self._by_name)
+            raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
+        return self._by_name[name]
 
     def at(self, **values: Any) -> "Setting":
         """The effect at these values.
@@ -165,7 +165,7 @@ class Effect:
         return None
 
     def apply(self, noun: str, values: Values, rendering: Rendering) -> Any:
-        """The field `noun` of the rendering, changed."""
+        """The field, changed."""
         return getattr(self, noun)(values, rendering)
 
 

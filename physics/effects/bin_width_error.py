@@ -1,8 +1,10 @@
 """`bin_width_error`: the clock that makes the bins runs slow or fast."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from scipy.constants import speed_of_light
 
 from physics.arrivals import Arrivals
 from physics.clock import MOST_STEPS_PER_BIN, Clock
@@ -25,7 +27,8 @@ class BinWidthError(Effect):
     Where time zero was measured in bins, by the same clock, a target at range 0 stays in its bin, and all others come
     nearer by the factor 1 / (1 + error); where it is known in seconds, that target comes nearer, too. The laser's pulse
     lasts as many seconds as before, hence fewer bins by the same factor. Background is counts per bin as this clock
-    recorded them: unchanged.
+    recorded them: unchanged. Where time zero was told by the recording itself, it is what fits the ranges that were
+    seen: then a target at `still_at` stays where it is, and nearer ones come nearer still.
     """
 
     id = "bin_width_error"
@@ -48,8 +51,9 @@ class BinWidthError(Effect):
         ("warmup", "tau", "zero_in_seconds"),
         ("apart",),
         ("error", "apart"),
+        ("error", "still_at"),
     )
-    richer, uneven = forms[-1:], (("apart",),)
+    richer, uneven, untold = forms[-2:-1], (("apart",),), forms[-1:]
     parameters = (
         # Makers state 3 % for such sensors before correction.
         Parameter(
@@ -75,6 +79,7 @@ class BinWidthError(Effect):
             tries=(1.0,),
             sentence="Part of time zero that is known in seconds: 0 where it was measured in bins.",
         ),
+        Parameter("still_at", "m", 0.0, 50.0, 0.0, "Range at which targets stay in their bins.", tries=(1.0,)),
     )
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
@@ -82,10 +87,11 @@ class BinWidthError(Effect):
         clock, scale = rendering.clock, 1 + values["error"]
         if scale == 1:
             return clock
+        zero = np.asarray(clock.time_zero_s) * (1 + values["error"] * (1 - values["zero_in_seconds"]))
         return replace(
             clock,
             bin_width_s=clock.bin_width_s * scale,
-            time_zero_s=np.asarray(clock.time_zero_s) * (1 + values["error"] * (1 - values["zero_in_seconds"])),
+            time_zero_s=zero + values["error"] * _flight_s(values),
             pulse=_in_steps_of(clock.pulse, scale, clock.bin_width_s),
         )
 
@@ -96,8 +102,22 @@ class BinWidthError(Effect):
         scale, ticks = 1 + values["error"], 1 - values["zero_in_seconds"]
         warm = -values["warmup"] * np.expm1(-rendering.light.time_s / values["tau"])
         now = scale + np.atleast_1d(values["apart"]) + warm[:, None]
-        about_s = np.asarray(rendering.clock.time_zero_s) * ticks * scale / (1 + values["error"] * ticks)
-        return rendering.arrivals.stretched(scale / now, about_s)
+        zero = (np.asarray(rendering.clock.time_zero_s) - values["error"] * _flight_s(values)) / (
+            1 + values["error"] * ticks
+        )
+        return rendering.arrivals.stretched(scale / now, scale * (zero * ticks + _flight_s(values)))
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
+        """Targets as far as most light comes from stay: by their bins time zero was told."""
+        seen = rendering.light.returns[0]
+        lit = np.nan_to_num(seen.strength)
+        ranges = float((lit * np.where(lit > 0, seen.range_m, 0)).sum() / max(lit.sum(), 1e-300))
+        return [{"still_at": ranges, "error": sign * self.parameter("error").start} for sign in (1, -1)]
+
+
+def _flight_s(values: Values) -> float:
+    """To the target that stays, and back."""
+    return 2 * float(values["still_at"]) / speed_of_light
 
 
 def _in_steps_of(pulse: ImpulseResponse, scale: float, bin_width_s: float) -> ImpulseResponse:

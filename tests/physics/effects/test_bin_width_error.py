@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mismatch.form import all_forms
 from physics.clock import Clock
 from physics.effects.bin_width_error import LARGEST, TOLERANCE, effect
 from physics.footprint import footprints
@@ -99,3 +100,27 @@ def test_zones_may_have_clocks_of_their_own(small, zero_in_seconds):
         alone = model.expected(1e3, [effect.at(error=-0.01 + more, zero_in_seconds=zero_in_seconds)])
         np.testing.assert_allclose(found[:, zone, :-2], alone[:, zone, :-2], atol=5e-3 * alone.max())
     assert np.abs(found - model.expected(1e3, [effect.at(error=-0.01)])).max() > 0.05 * found.max()
+
+
+@pytest.mark.parametrize("more", [{}, {"warmup": 0.02, "tau": 0.1}, {"apart": np.array([0.03, 0, -0.02, 0.01])}])
+def test_a_target_may_stay_and_others_are_off_from_there_on(maps, more):
+    zero, width, still = 8e-9, 0.26e-9, 1.2
+
+    def places(depth, **values):
+        light = direct_light(np.full((2, 1, 1), depth), np.diag([1e3, 1e3, 1]), None, np.ones((2, 1, 1)))
+        light = replace(light, time_s=np.array([0.0, 0.3]))
+        clock = Clock(width, 120, np.full(4, zero), two_piece_pulse(0.3e-9, 0.3e-9, width / 16))
+        counts = ForwardModel(light, footprints(maps, (1, 1)), clock).expected(1.0, [effect.at(**values)])
+        return counts @ (np.arange(120) + 0.5) / counts.sum(axis=-1)
+
+    error = 0.02 + more.get("warmup", 0) * (1 - np.exp(-np.array([[0], [0.3]]) / 0.1)) + more.get("apart", 0)
+    for depth in (0.6, 1.2, 2.0):
+        closed = (zero + 2 * still / C + 2 * (depth - still) / C / (1 + error)) / width
+        found = places(depth, error=0.02, still_at=still, **more)
+        np.testing.assert_allclose(found, np.broadcast_to(closed, found.shape), atol=0.01)
+
+
+def test_where_a_target_stays_is_asked_only_where_time_zero_was_estimated():
+    sizes = {"zone": 4, "bin": 48}
+    told, guessed = ({form.free for form in all_forms(sizes, guessed=one)} for one in (False, True))
+    assert guessed - told == {("error", "still_at")}

@@ -55,6 +55,8 @@ STRENGTHS = {
         {"error": 0, "warmup": 0.01, "tau": 0.1},
         {"error": -0.02, "apart": [0, 0.01, -0.01, 0.005]},
         {"error": -0.03, "warmup": -0.01, "tau": 0.05, "zero_in_seconds": 0.4},
+        {"error": 0.04, "still_at": 0.6},
+        {"error": -0.03, "apart": [0, 0.01, -0.01, 0.005], "still_at": 0.5},
     ],
     "counter_saturation": [{"ceiling": 60}, {"ceiling": 40, "lost": 0.6}, {"ceiling": [40, 60, 500, 50]}],
     "cover_glass_crosstalk": [
