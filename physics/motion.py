@@ -56,9 +56,9 @@ class Motion:
         poses = self.start_from_camera[first]
         return RotationSpline(own, Rotation.from_matrix(poses[:, :3, :3])), CubicSpline(own, poses[:, :3, 3])
 
-    def forward_m(self, time_s: np.ndarray) -> np.ndarray:
-        """(F,) how far it has moved along the axis on which it looked at the beginning."""
-        return self.start_from_camera[self.nearest(time_s), 2, 3]
+    def moved_m(self, time_s: np.ndarray) -> np.ndarray:
+        """(F, 3) how far it has moved to the right, down, and ahead of what it looked at in the beginning."""
+        return self.start_from_camera[self.nearest(time_s), :3, 3]
 
     def nearest(self, time_s: np.ndarray) -> np.ndarray:
         """(F,) which of its own times are nearest to these."""

@@ -31,9 +31,9 @@ def camera_motion(light: Light) -> Motion:
     return apparent_motion(light) if light.motion is None else light.motion
 
 
-def ahead_m(light: Light) -> np.ndarray:
-    """(F,) metres by which the camera has moved ahead, the way it looked at the start."""
-    return camera_motion(light).forward_m(light.time_s)
+def moved_m(light: Light) -> np.ndarray:
+    """(F, 3) metres by which the camera has moved to the right, down and ahead, as it looked at the start."""
+    return camera_motion(light).moved_m(light.time_s)
 
 
 @kept_of_session

@@ -9,7 +9,7 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.far_wall import normal_of, planes, seen_through, walls
 from physics.folded import one_period_early, periods, seen_beyond
 from physics.light import Return
-from physics.odometry import ahead_m, camera_motion
+from physics.odometry import camera_motion, moved_m
 from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
@@ -19,6 +19,8 @@ from physics.walk import LEVELS, SHORTEST_S, curve
 LEAST_JITTER_S = 1e-14
 # A wall stands still, or it goes along with the camera.
 STILL = 0.5
+# What a target that stands still comes nearer by as the camera moves right, down and ahead: the cosines of where it is.
+TOWARD = ("still_right", "still_down", "still")
 # No laser's period varies so much by chance, and few targets are so deep (0.45 m); rising dark counts are as broad.
 BROADEST_S = 3e-9
 # What says where a thing of limited extent is.
@@ -36,8 +38,8 @@ class RangeAliasing(Effect):
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
     draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds; or come and go on a way of its
     own, a natural cubic spline through 0 and levels at even times. One that stands still comes nearer by as much as the
-    camera has moved towards it; where nobody says, as what it sees says (`odometry`). It is followed until it leaves
-    the window, not into the next period.
+    camera has moved towards it, ahead or aside; where nobody says, as what it sees says (`odometry`). It is followed
+    until it leaves the window, not into the next period.
     """
 
     id = "range_aliasing"
@@ -55,6 +57,7 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", "speed", "jitter"),
         ("counts", "apparent_range", "speed", "spread"),
         ("counts", "apparent_range", *LEVELS),
+        ("counts", "apparent_range", *TOWARD),
         ("folded", "period"),
         ("folded", "period", "smear"),
         BOARD,
@@ -63,17 +66,12 @@ class RangeAliasing(Effect):
         ("through", "depth", "smear", "tilt_x", "tilt_y"),
         ("through", "depth", "smear", "speed", "tilt_x", "tilt_y"),
     )
-    richer = ((*BOARD, "tilt_x", "tilt_y"),)
+    richer = ((*BOARD, "tilt_x", "tilt_y"), ("counts", "apparent_range", *TOWARD))
     parameters = (
         Parameter("counts", "counts", 0.0, 1e7, 100.0, "Counts per frame of the far target's pulse.", 0.0, axis="zone"),
+        # Nearer than 10 cm it is crosstalk for all that anybody can tell.
         Parameter(
-            "apparent_range",
-            unit="m",
-            low=0.1,  # Nearer, it is crosstalk for all that anybody can tell.
-            high=100.0,
-            start=1.0,
-            axis="zone",
-            sentence="Its range at the start of the session less whole periods of the laser: 8.44 m each at 17.77 MHz.",
+            "apparent_range", "m", 0.1, 100.0, 1.0, "At the start, less whole periods: 8.4 m at 17.77 MHz.", axis="zone"
         ),
         Parameter("speed", "m/s", -5.0, 5.0, 0.0, "By how much its range grows in a second."),
         *(Parameter(name, "m", -20.0, 20.0, 0.0, f"By how much it is farther at level {name[-1]}.") for name in LEVELS),
@@ -81,6 +79,8 @@ class RangeAliasing(Effect):
         Parameter("jitter", "s", 0.0, 1e-8, 0.0, "Most by which the laser's period is longer.", tries=(1e-10, 1e-9)),
         Parameter("spread", "s", 0.0, 5e-9, 0.0, "Standard deviation of it, or of a deep target.", tries=(5e-10,)),
         Parameter("still", "1", -1.5, 1.5, 0.0, "Metres it comes nearer for each the camera moves; 1 where it rests."),
+        Parameter("still_right", "1", -1.5, 1.5, 0.0, "The same for each that the camera moves to the right."),
+        Parameter("still_down", "1", -1.5, 1.5, 0.0, "The same for each that it moves down."),
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
         Parameter("distant", "1", 0.0, 1e3, 0.5, "Reflectance of a thing that is seen anyway.", vanishes_at=0.0),
@@ -128,7 +128,8 @@ class RangeAliasing(Effect):
 
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
-        found = values["speed"] * rendering.light.time_s - values["still"] * ahead_m(rendering.light)
+        toward = np.array([values[name] for name in TOWARD])
+        found = values["speed"] * rendering.light.time_s - moved_m(rendering.light) @ toward
         levels = np.array([0.0, *(values[name] for name in LEVELS)])
         return found + curve(levels, values["every"], rendering.light.time_s) if levels.any() else found
 
@@ -159,7 +160,7 @@ class RangeAliasing(Effect):
         """
         beyond = [{"folded": 1.0, "period": period} for period in periods(excess, expected, rendering)]
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
-        way_m, clock = ahead_m(rendering.light), rendering.clock
+        way_m, clock = moved_m(rendering.light)[:, 2], rendering.clock
         way_s = -2 * way_m / speed_of_light
         for still in (0.0, 1.0) if np.ptp(way_s) > clock.bin_width_s / 2 else (0.0,):
             tracks = straight_tracks(excess, expected, rendering, 2 * fastest / speed_of_light, way_s=still * way_s)

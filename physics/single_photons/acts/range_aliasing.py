@@ -21,8 +21,9 @@ RIM = 0.1
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """A far target's, in view or not; each came after a laser period that was longer or shorter by a jitter of its
     own."""
-    ahead = start_from_camera(world, "range_aliasing with still")[2, 3] if values["still"] else 0.0
-    there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - values["still"] * ahead
+    toward = [values["still_right"], values["still_down"], values["still"]]
+    nearer = start_from_camera(world, "range_aliasing with still")[:3, 3] @ toward if any(toward) else 0.0
+    there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - nearer
     there = there + _way_of_its_own(values, world.time_s)
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)

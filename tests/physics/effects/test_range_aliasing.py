@@ -205,3 +205,21 @@ def test_it_suggests_where_a_wall_is_seen_through(small, window, smear):
     found = [start for start in starts if "through" in start and start["smear"] == smear]
     assert abs(found[0]["depth"] - 8.95) < 0.06
     assert found[0]["azimuth"] == azimuth > 0.2
+
+
+def test_a_far_target_aside_comes_nearer_as_the_camera_moves_towards_it(small):
+    """Where it is by the law of cosines, to first order in the camera's way over its distance."""
+    way = np.array([[0, 0, 0], [0.3, -0.1, 0.05], [-0.2, 0.25, 0.1]])
+    poses = np.tile(np.eye(4), (3, 1, 1))
+    poses[:, :3, 3] = way
+    light = replace(small.light, motion=Motion.of(small.light.time_s, poses))
+    toward = np.array([0.48, -0.6, 0.64])
+    far = 1e4 * toward
+    nearer = 1e4 - np.linalg.norm(far - way, axis=1)
+    model = ForwardModel(light, small.footprints, small.clock)
+    still = {"still_right": toward[0], "still_down": toward[1], "still": toward[2]}
+    found = model.expected(0.0, [effect.at(counts=100.0, apparent_range=0.9, **still)])
+    for frame, by in enumerate(nearer):
+        closed = model.expected(0.0, [effect.at(counts=100.0, apparent_range=0.9 - by)])[frame]
+        np.testing.assert_allclose(found[frame], closed, atol=1e-3 * closed.max())
+    assert np.abs(found[1] - found[0]).max() > 0.1 * found.max()
