@@ -28,7 +28,8 @@ class CoverGlassCrosstalk(Effect):
     """Light reflected inside the package and by the cover glass: a pulse next to time zero, whatever is in view.
 
     After t seconds there is 1 + growth·t times as much as at the start, never less than none. Ways that the light takes
-    differ by a normal distribution, or, where it is thrown to and fro in the glass, are longer by an exponential one.
+    differ by a normal distribution, or, where it is thrown to and fro in the glass, are longer by an exponential one;
+    or there are two of them, as from both faces of a glass, or from package and glass: a part comes `again`.
     """
 
     id = "cover_glass_crosstalk"
@@ -50,7 +51,10 @@ class CoverGlassCrosstalk(Effect):
         ("counts", "delay", "longer", "together"),
         ("share", "delay", "trail"),
         ("counts", "delay", "trail"),
+        ("share", "delay", "again", "again_later"),
+        ("counts", "delay", "again", "again_later"),
     )
+    richer = forms[-2:]
     parameters = (
         Parameter(
             "share",
@@ -73,24 +77,12 @@ class CoverGlassCrosstalk(Effect):
             sentence="Counts per frame, where nobody knows how many laser shots there are in one.",
         ),
         # Millimetres of way inside the package; time zero itself is known to about a bin.
-        Parameter(
-            "delay",
-            unit="s",
-            low=-1e-9,
-            high=1e-9,
-            start=2e-10,
-            sentence="Arrival after that of a target at range 0.",
-        ),
-        Parameter(
-            "together",
-            "1",
-            0.0,
-            1.0,
-            0.0,
-            "1 where it arrives at one time by the clock, whatever each zone's time zero.",
-        ),
+        Parameter("delay", "s", -1e-9, 1e-9, 2e-10, "Arrival after that of a target at range 0."),
+        Parameter("together", "1", 0.0, 1.0, 0.0, "1 where it arrives at one time, whatever each zone's time zero."),
         Parameter("longer", "s", 0.0, 1e-9, 0.0, "Standard deviation of the time that its ways take.", tries=(1e-10,)),
         Parameter("trail", "s", 0.0, 2e-9, 0.0, "Time constant of what comes later, exponentially.", tries=(2e-10,)),
+        Parameter("again", "1", 0.0, 10.0, 0.0, "A second pulse, over the first.", tries=(0.3,)),
+        Parameter("again_later", "s", 0.0, 2e-9, 0.0, "How much later that comes.", tries=(3e-10, 8e-10)),
         Parameter("growth", "1/s", -1.0, 1e3, 0.0, "Part by which it is more after a second, as the glass gets dirty."),
     )
 
@@ -111,8 +103,9 @@ class CoverGlassCrosstalk(Effect):
         one = replace(found, light=np.zeros((len(at), *found.light.shape[1:])))
         spread = zip(NODES, WEIGHTS, strict=True) if values["longer"] else ((0.0, 1.0),)
         trail = zip(LATER, SHARES, strict=True) if values["trail"] else ((0.0, 1.0),)
-        for (node, weight), (late, share) in product(spread, trail):
-            one = one.added(weight * share, at + node * values["longer"] + late * values["trail"])
+        twice = ((0.0, 1.0), (values["again_later"], values["again"])) if values["again"] else ((0.0, 1.0),)
+        for (node, weight), (late, share), (later, part) in product(spread, trail, twice):
+            one = one.added(weight * share * part, at + node * values["longer"] + late * values["trail"] + later)
         return replace(found, light=found.light + (counts / rendering.gain)[..., None] * one.light)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:

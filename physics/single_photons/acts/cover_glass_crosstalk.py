@@ -21,7 +21,11 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
         counts = counts + share * world.laser_cycles
     counts = counts + world.time_s * values["growth"] * counts
     arrival_s = (1 - values["together"]) * world.time_zero_s + values["together"] * world.time_zero_s.mean()
+    second_s = arrival_s + values["delay"] + values["again_later"]
     inside = pulse_from_elsewhere(world, np.maximum(counts, 0) * world.boost, arrival_s + values["delay"], rng)
+    inside = inside.and_also(
+        pulse_from_elsewhere(world, np.maximum(counts, 0) * world.boost * values["again"], second_s, rng)
+    )
     late_s = values["longer"] * rng.standard_normal(len(inside))
     late_s += values["trail"] * rng.standard_exponential(len(inside))
     return photons.and_also(replace(inside, time_s=inside.time_s + late_s))

@@ -109,3 +109,14 @@ def test_it_suggests_the_delay(small, delay):
     excess = np.random.default_rng(3).poisson(model.expected(1e3, [truth])) - nominal
     starts = effect.starts(excess, nominal, Rendering(small.light, small.footprints, small.clock, 1e3, background=2.0))
     assert abs(starts[0]["delay"] - delay) < small.clock.bin_width_s / 3
+
+
+def test_a_second_way_is_a_second_pulse(small):
+    """As two effects of one pulse each would add up."""
+    model = ForwardModel(small.light, small.footprints, small.clock)
+
+    def inside(**values):
+        return model.expected(1e3, [effect.at(**values)]) - model.expected(1e3)
+
+    found = inside(counts=200.0, delay=-1e-10, again=0.4, again_later=6e-10)
+    np.testing.assert_allclose(found, inside(counts=200.0, delay=-1e-10) + inside(counts=80.0, delay=5e-10), atol=1e-6)

@@ -65,6 +65,7 @@ STRENGTHS = {
         {"counts": [3e4, 1e4, 0, 2e3], "longer": 2e-10, "together": 0.7},
         {"share": 0.1, "growth": 8},
         {"share": 0.1, "trail": 6e-10},
+        {"counts": [3e4, 1e4, 0, 2e3], "again": 0.6, "again_later": 5e-10},
     ],
     "footprint_blur": [
         {"variance": 1600},
