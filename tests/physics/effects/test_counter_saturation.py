@@ -37,6 +37,16 @@ def test_never_above_the_ceiling_nor_above_what_came(mean, ceiling, lost):
     assert 0 <= shown(mean, ceiling, lost) <= mean * (1 + 1e-9)
 
 
+@given(mean=st.floats(0, 900), full=st.floats(150, 600), order=st.floats(1.5, 8))
+def test_one_that_slows_down_shows_what_the_sum_over_the_poisson_distribution_has(mean, full, order):
+    """To second order of the scatter: what is left is of third, order squared over the count."""
+    n = np.arange(1400.0)
+    closed = n / (1 + (n / full) ** order) ** (1 / order) @ poisson.pmf(n, mean)
+    values = effect.at(slowing=1 / full, order=order).values
+    found = effect.expected(values, SimpleNamespace(expected=np.array([mean])))[0]
+    assert found == pytest.approx(closed, abs=0.05 + 0.7 * order**2 / full)
+
+
 def test_few_counts_are_not_touched():
     np.testing.assert_allclose(shown([0, 1, 10, 100], 65535), [0, 1, 10, 100], rtol=1e-12)
 
@@ -71,4 +81,4 @@ def test_the_zone_that_stops_is_seen():
     found = effect.starts(counts - mean, mean, None)[-1]
     np.testing.assert_array_equal(found["ceiling"], [2**32, 300, 500, 2**32])
     plain = rng.poisson(mean)
-    assert all(np.ndim(start["ceiling"]) == 0 for start in effect.starts(plain - mean, mean, None))
+    assert all(np.ndim(start.get("ceiling", 0)) == 0 for start in effect.starts(plain - mean, mean, None))

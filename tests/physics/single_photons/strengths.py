@@ -58,7 +58,13 @@ STRENGTHS = {
         {"error": 0.04, "still_at": 0.6},
         {"error": -0.03, "apart": [0, 0.01, -0.01, 0.005], "still_at": 0.5},
     ],
-    "counter_saturation": [{"ceiling": 60}, {"ceiling": 40, "lost": 0.6}, {"ceiling": [40, 60, 500, 50]}],
+    "counter_saturation": [
+        {"ceiling": 60},
+        {"ceiling": 40, "lost": 0.6},
+        {"ceiling": [40, 60, 500, 50]},
+        {"slowing": 0.01, "order": 2},
+        {"slowing": 0.015, "order": 5},
+    ],
     "cover_glass_crosstalk": [
         {"share": [0.3, 0.1, 0, 0.02], "delay": 1e-10},
         {"counts": [3e4, 1e4, 0, 2e3], "delay": -1e-10},
