@@ -1,9 +1,10 @@
 """Names for what was found: each effect with its gain on held-out frames, its rivals, its parameters."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mismatch.beginnings import TWO_FOR_ONE
 from mismatch.candidates import MINOR_AS_EXPECTED
 from mismatch.capture import best_capture
 from mismatch.coordinate import error_of, to_value
@@ -11,7 +12,7 @@ from mismatch.fit import Fit, on_others
 from mismatch.form import Form
 from mismatch.gained import gained
 from mismatch.places import significance
-from mismatch.rivals import LEAST_PROBABILITY, Rival, probabilities, rivals
+from mismatch.rivals import LEAST_PROBABILITY, Rival, evidence, probabilities, rivals
 from mismatch.selection import Round, without
 from mismatch.simulation import Simulation
 from mismatch.verdict import Alternative, Estimate, Named
@@ -34,10 +35,18 @@ class Contest:
 def contested(
     train: Simulation, test: Simulation, judged: Fit, rounds: list[Round], forms: list[Form]
 ) -> tuple[Fit, list[Contest]]:
-    """The fit with the likeliest effect in each place, and the contest for each. forms: all that effects may have."""
-    contests = []
+    """The fit with the likeliest effect in each place, and the contest for each. forms: all that effects may have.
+
+    What beats an effect by taking up what else was found, which was too little for a name, must be likelier than both.
+    """
+    contests, last = [], rounds[-1]
     for form in judged.forms:
         found = rivals(train, test, judged, form, rounds, forms)
+        if found[0].form.effect is not form.effect and last.minor is not None and judged is last.before:
+            both = last.minor.fit
+            if evidence(train, test, both) > found[0].evidence + TWO_FOR_ONE:
+                told = [*rounds[:-1], replace(last, chosen=last.minor, minor=None)]
+                return contested(train, test, both, told, forms)
         judged = found[0].fit
         contests.append(_contest(found))
     judged = standing(train, test, judged)

@@ -1,19 +1,21 @@
 """Names of what was found: gains on held-out frames, parameters, rivals and where they act."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import poisson
 
+from mismatch import naming
 from mismatch.cost import price
 from mismatch.fit import fit, fit_nominal, on_others
 from mismatch.form import forms_of
 from mismatch.gained import gained
 from mismatch.located import locate_effects
 from mismatch.naming import contested, estimates, name_effects, standing
-from mismatch.rivals import Rival, _best_of_each, probabilities
-from mismatch.selection import coordinates, select, without
+from mismatch.rivals import Rival, _best_of_each, evidence, probabilities
+from mismatch.selection import Round, coordinates, select, without
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48, "edge": 47}
@@ -190,3 +192,25 @@ def test_many_parameters_are_not_expected_to_gain_the_noise_they_fitted(drawn):
         assert found.expected > 200
         short.append(found.expected - found.observed)
     assert abs(np.mean(short)) < 45
+
+
+@pytest.mark.parametrize(("likelier", "names"), [(30.0, ["stray_light"]), (-30.0, ["ambient_pedestal", "zone_gain"])])
+def test_what_takes_up_two_is_named_where_it_is_likelier_than_both(parts, pedestal, monkeypatch, likelier, names):
+    """Of a name and what was too little for one, and a rival that beats the first alone."""
+    _, train, test = parts
+    (little,) = [form for form in forms("zone_gain") if form.own and form.free == ("factor",)]
+    both = fit(train, (*pedestal.forms, little), np.concatenate([pedestal.x, little.at_start()]))
+    other = replace(pedestal, forms=forms("stray_light")[:1])
+
+    def found(train, test, now, form, *_):
+        itself = Rival(form, now, evidence(train, test, now))
+        if now is not pedestal:
+            return [itself]
+        return [Rival(other.forms[0], other, evidence(train, test, both) + likelier), itself]
+
+    monkeypatch.setattr(naming, "rivals", found)
+    monkeypatch.setattr(naming, "standing", lambda train, test, judged: judged)
+    last = Round(pedestal, (), 1, (), None, SimpleNamespace(fit=both))
+    judged, contests = contested(train, test, pedestal, [last], [])
+    assert [form.effect.id for form in judged.forms] == names
+    assert [contest.form.effect.id for contest in contests] == names
