@@ -32,6 +32,8 @@ def test_one_for_every_parameter_and_zone():
         *(("ambient_pedestal", name, None, 11.0 + k) for k, name in enumerate(alone)),
         ("counter_saturation", "lost", None, 3.0),
         ("counter_saturation", "ceiling", None, 2.0),
+        ("counter_saturation", "slowing", None, 4.0),
+        ("counter_saturation", "order", None, 6.0),
     ]
 
     def model(now):
