@@ -3,9 +3,10 @@
 import numpy as np
 from numba import njit
 
+from physics.effect import Values
 from physics.rendering import Rendering
 from physics.tracks import matched_parts
-from physics.walk import LEVELS, curve
+from physics.walk import BETWEEN, LEVELS, curve
 
 # Bins by which the path's step from part to part may differ from none for a loss of half a deviance, and at most.
 USUAL_BINS, MOST_BINS = 1.0, 6
@@ -15,18 +16,18 @@ TURNS = 3
 
 def curved_track(
     excess: np.ndarray, expected: np.ndarray, rendering: Rendering
-) -> tuple[float, dict[str, float], float] | None:
+) -> tuple[list[tuple[float, dict[str, float]]], float]:
     """Of the path along which most is in excess: where it begins, its levels, and seconds from each to the next.
 
-    excess: (F, P, T) recorded less expected counts. Nominal arrival, seconds from the start of bin 0; levels are later
-    than that by so many seconds. None where the session has no length, or nothing is in excess. The path is the
-    likeliest of a hidden Markov chain (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260); levels are those of the nearest
-    spline.
+    As far as levels alone tell, and with heights halfway to each (see `own_way`). excess: (F, P, T) recorded less
+    expected counts. Nominal arrival, seconds from the start of bin 0; levels are later than that by so many seconds.
+    Neither where the session has no length, or nothing is in excess. The path is the likeliest of a hidden Markov
+    chain (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260); levels are those of the nearest spline.
     """
     clock, time_s = rendering.clock, np.asarray(rendering.light.time_s, float)
     every = float(np.max(time_s)) / len(LEVELS)
     if not every > 0:
-        return None
+        return [], every
     matched, times = matched_parts(excess, expected, rendering)
     weight = np.ones(matched.shape[1])
     for _ in range(TURNS):
@@ -35,13 +36,33 @@ def curved_track(
         along = matched[np.arange(len(path)), :, path]
         weight = np.maximum(along.mean(axis=0), 0)
         if not weight.any():
-            return None
+            return [], every
     trusted = np.sqrt(np.maximum(along @ weight, 0))
-    # A spline is linear in what it goes through.
-    ways = curve(np.eye(len(LEVELS) + 1), every, times)
-    through = np.linalg.lstsq(ways * trusted[:, None], path * trusted, rcond=1e-6)[0] * clock.bin_width_s
-    levels = dict(zip(LEVELS, through[1:] - through[0], strict=True))
-    return float(through[0] + clock.bin_width_s / 2), levels, every
+    found = []
+    for halves in (1, 2):
+        # A spline is linear in what it goes through.
+        ways = curve(np.eye(halves * len(LEVELS) + 1), every / halves, times)
+        heights = np.linalg.lstsq(ways * trusted[:, None], path * trusted, rcond=1e-6)[0] * clock.bin_width_s
+        level = heights[::halves]
+        levels = dict(zip(LEVELS, level[1:] - level[0], strict=True))
+        if halves == 2:
+            above = heights - curve(level, every, every / 2 * np.arange(len(heights)))
+            levels |= dict(zip(BETWEEN, above[1::2], strict=True))
+        found.append((float(heights[0] + clock.bin_width_s / 2), levels))
+    return found, every
+
+
+def own_way(values: Values, time_s: np.ndarray) -> np.ndarray:
+    """(F,) heights of a natural cubic spline through 0 and levels at even times, and heights halfway to each.
+
+    These are given above the spline through the levels alone, which is the same where they are 0.
+    """
+    level, above = np.array([0.0, *(values[name] for name in LEVELS)]), [values[name] for name in BETWEEN]
+    if not any(above):
+        return curve(level, values["every"], time_s)
+    heights = curve(level, 1.0, np.arange(2 * len(level) - 1) / 2)
+    heights[1::2] += above
+    return curve(heights, values["every"] / 2, time_s)
 
 
 @njit(cache=True)

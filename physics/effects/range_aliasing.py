@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.constants import speed_of_light
 
-from physics.curved_track import curved_track
+from physics.curved_track import curved_track, own_way
 from physics.distant import likely_boards, seen_board
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.far_wall import normal_of, planes, seen_through, walls
@@ -13,7 +13,7 @@ from physics.odometry import camera_motion, moved_m
 from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.tracks import straight_tracks
-from physics.walk import LEVELS, SHORTEST_S, curve
+from physics.walk import BETWEEN, LEVELS, SHORTEST_S
 
 # A steadier laser than this is as good as steady, and what is divided by must not vanish.
 LEAST_JITTER_S = 1e-14
@@ -37,7 +37,7 @@ class RangeAliasing(Effect):
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
     draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds; or come and go on a way of its
-    own, a natural cubic spline through 0 and levels at even times. One that stands still comes nearer by as much as the
+    own (`own_way`). One that stands still comes nearer by as much as the
     camera has moved towards it, ahead or aside; where nobody says, as what it sees says (`odometry`). It is followed
     until it leaves the window, not into the next period.
     """
@@ -57,6 +57,7 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", "speed", "jitter"),
         ("counts", "apparent_range", "speed", "spread"),
         ("counts", "apparent_range", *LEVELS),
+        ("counts", "apparent_range", *LEVELS, *BETWEEN),
         ("counts", "apparent_range", *TOWARD),
         ("folded", "period"),
         ("folded", "period", "smear"),
@@ -75,6 +76,7 @@ class RangeAliasing(Effect):
         ),
         Parameter("speed", "m/s", -5.0, 5.0, 0.0, "By how much its range grows in a second."),
         *(Parameter(name, "m", -20.0, 20.0, 0.0, f"By how much it is farther at level {name[-1]}.") for name in LEVELS),
+        *(Parameter(name, "m", -20.0, 20.0, 0.0, f"Beyond that way, halfway to level {name[-1]}.") for name in BETWEEN),
         Parameter("every", "s", SHORTEST_S, 1e5, SHORTEST_S, "Time from one level to the next."),
         Parameter("jitter", "s", 0.0, 1e-8, 0.0, "Most by which the laser's period is longer.", tries=(1e-10, 1e-9)),
         Parameter("spread", "s", 0.0, 5e-9, 0.0, "Standard deviation of it, or of a deep target.", tries=(5e-10,)),
@@ -130,8 +132,8 @@ class RangeAliasing(Effect):
         """(F,) metres by which it is farther than at the start."""
         toward = np.array([values[name] for name in TOWARD])
         found = values["speed"] * rendering.light.time_s - moved_m(rendering.light) @ toward
-        levels = np.array([0.0, *(values[name] for name in LEVELS)])
-        return found + curve(levels, values["every"], rendering.light.time_s) if levels.any() else found
+        curved = any(values[name] for name in (*LEVELS, *BETWEEN))
+        return found + own_way(values, rendering.light.time_s) if curved else found
 
     def _pulse(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F or 1, P or 1, T) shares of the pulse by bin, over the jitter: exact for a cumulative linear in steps."""
@@ -170,9 +172,8 @@ class RangeAliasing(Effect):
                 if apparent >= self.parameter("apparent_range").low:
                     where = {"counts": self.parameter("counts").start, "apparent_range": apparent} | moves
                     found += [where | {name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
-        curved = curved_track(excess, expected, rendering)
-        if curved is not None:
-            arrival_s, levels, every = curved
+        ways, every = curved_track(excess, expected, rendering)
+        for arrival_s, levels in ways:
             apparent = speed_of_light / 2 * (arrival_s - np.mean(clock.time_zero_s))
             where = {"apparent_range": float(apparent), "every": every}
             where |= {name: speed_of_light / 2 * level for name, level in levels.items()}

@@ -40,10 +40,14 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
 def _way_of_its_own(values: Values, time_s: float) -> float:
     """Metres by which a target that comes and goes is farther than at the start."""
     places = [0.0, *(values[f"level_{k}"] for k in range(1, 7))]
-    if not any(places):
+    beyond = [values[f"between_{k}"] for k in range(1, 7)]
+    if not any(places + beyond):
         return 0.0
     times = values["every"] * np.arange(len(places))
-    return float(CubicSpline(times, places, bc_type="natural")(min(time_s, times[-1])))
+    time_s, way = min(time_s, times[-1]), CubicSpline(times, places, bc_type="natural")
+    # And what it is beyond that halfway, nothing at levels: a spline through these is the difference of both.
+    halves = np.insert(np.zeros(len(places)), np.arange(1, len(places)), beyond)
+    return float(way(time_s) + CubicSpline(np.linspace(0, times[-1], len(halves)), halves, bc_type="natural")(time_s))
 
 
 def _wall(world: World, values: Values) -> World:

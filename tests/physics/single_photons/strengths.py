@@ -190,6 +190,7 @@ STRENGTHS = {
         {"counts": 3e4, "apparent_range": 0.5, "spread": 3e-10, "still": 1.0},
         {"counts": 3e4, "apparent_range": 0.5, "still": 0.8, "still_right": 0.5, "still_down": -0.4},
         {"counts": 3e4, "apparent_range": 0.5, "every": 0.05, "level_1": 0.1, "level_3": -0.2, "level_4": 0.3},
+        {"counts": 3e4, "apparent_range": 0.5, "every": 0.05, "level_2": 0.1, "between_2": -0.1, "between_4": 0.2},
         {"counts": 0, "folded": 0.8, "period": 3e-9, "smear": 2e-10},
         {"counts": 0, "through": 500, "depth": 1.1, "period": 3e-9, "tilt_x": 0.3, "tilt_y": -0.2, "azimuth": 0.2},
         {"counts": 0, "through": 500, "depth": 1.1, "period": 3e-9, "elevation": -0.2, "still": 1.0},
