@@ -21,7 +21,7 @@ def curved_track(
 
     As far as levels alone tell, and with heights halfway to each (see `own_way`). excess: (F, P, T) recorded less
     expected counts. Nominal arrival, seconds from the start of bin 0; levels are later than that by so many seconds.
-    Neither where the session has no length, or nothing is in excess. The path is the likeliest of a hidden Markov
+    No path where the session has no length, or nothing is in excess. It is the likeliest of a hidden Markov
     chain (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260); levels are those of the nearest spline.
     """
     clock, time_s = rendering.clock, np.asarray(rendering.light.time_s, float)

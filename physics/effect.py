@@ -165,7 +165,7 @@ class Effect:
         return None
 
     def apply(self, noun: str, values: Values, rendering: Rendering) -> Any:
-        """The field, changed."""
+        """The field `noun` of the rendering, changed."""
         return getattr(self, noun)(values, rendering)
 
 

@@ -108,11 +108,14 @@ class BinWidthError(Effect):
         return rendering.arrivals.stretched(scale / now, scale * (zero * ticks + _flight_s(values)))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
-        """Targets as far as most light comes from stay: by their bins time zero was told."""
+        """Targets as far as most light comes from stay: by their bins time zero was told.
+
+        Nothing else is told, so that forms without `still_at` begin where they did.
+        """
         seen = rendering.light.returns[0]
         lit = np.nan_to_num(seen.strength)
         ranges = float((lit * np.where(lit > 0, seen.range_m, 0)).sum() / max(lit.sum(), 1e-300))
-        return [{"still_at": ranges, "error": sign * self.parameter("error").start} for sign in (1, -1)]
+        return [{"still_at": ranges}]
 
 
 def _flight_s(values: Values) -> float:

@@ -124,3 +124,12 @@ def test_where_a_target_stays_is_asked_only_where_time_zero_was_estimated():
     sizes = {"zone": 4, "bin": 48}
     told, guessed = ({form.free for form in all_forms(sizes, guessed=one)} for one in (False, True))
     assert guessed - told == {("error", "still_at")}
+
+
+def test_no_other_form_is_begun_with_a_target_that_stays(small):
+    expected = ForwardModel(small.light, small.footprints, small.clock).expected(1e3)
+    (start,) = effect.starts(0 * expected, expected, SimpleNamespace(light=small.light))
+    assert 0 < start["still_at"] < 10
+    begun = [form for form in all_forms({"zone": 4, "bin": 48}, guessed=True) if form.effect is effect]
+    taken = {form.free for form in begun if form.beginning(start) is not None}
+    assert taken == {("error", "still_at")}
