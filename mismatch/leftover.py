@@ -1,6 +1,7 @@
 """What a fit leaves beyond noise, wherever and in whatever shape."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.stats import norm
@@ -29,6 +30,8 @@ GUESSED = float(norm.sf(np.sqrt(2) * norm.isf(SIGNIFICANT)))
 NEGLIGIBLE = 0.03
 
 
+# Whoever chose asks of the same fit whether to enrich it, whether to doubt it and whether to trust it.
+@lru_cache(maxsize=1)
 def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
     """Places of what a fit leaves beyond noise; none where noise explains it."""
     guess = simulation.trust is not None or (simulation.guessed and simulation.loose is None)

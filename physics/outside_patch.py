@@ -17,19 +17,28 @@ from physics.workers import in_parallel
 HALF_SIZE = 0.1
 # How far ahead of the sensor fits begin, as a part of how far aside.
 AHEAD = 0.4
-# Where in a normal distribution, in standard deviations, five of its parts stand for all of them, and with what weight:
-# what goes with the place by any power up to the ninth is as on average (Gauss and Hermite's quadrature).
-AT, WEIGHT = hermegauss(5)
-PLACES = tuple(zip(AT, WEIGHT / WEIGHT.sum(), strict=True))
+# How many of its parts stand for all, up to so many times as wide as light goes in half a bin; of a wider one `MOST`.
+# What is seen in bins is so right to 3 %, to 5 % at four times as wide (measured with a pulse about as wide as a bin).
+PLACES, MOST = ((1.5, 3), (2.5, 5)), 9
 
 
 def patch_returns(
-    light: Light, x: float, y: float, z: float, wide: float, stands: bool, dimmed: bool, unit: float
+    light: Light, x: float, y: float, z: float, wide: float, stands: bool, dimmed: bool, unit: float, bin_m: float
 ) -> list[Return]:
-    """Returns by way of a patch of strength `unit`: see `by_way_of_patch`."""
+    """Returns by way of a patch of strength `unit`: see `by_way_of_patch`. bin_m: how far light goes in half a bin."""
     half_path, spread, strength = by_way_of_patch(light, x, y, z, wide, stands, dimmed)
-    places = PLACES if wide else ((0.0, 1.0),)
+    places = _places(next((n for times, n in PLACES if wide <= times * bin_m), MOST) if wide else 1)
     return [Return(half_path + np.float32(at) * spread, np.float32(unit * part) * strength) for at, part in places]
+
+
+@lru_cache
+def _places(n: int) -> tuple[tuple[float, float], ...]:
+    """Where in a normal distribution, in standard deviations, n of its parts stand for all, and with what weight.
+
+    What goes with the place by any power up to 2n - 1 is as on average (Gauss and Hermite's quadrature).
+    """
+    at, weight = hermegauss(n)
+    return tuple(zip(at, weight / weight.sum(), strict=True))
 
 
 @lru_cache(maxsize=2)

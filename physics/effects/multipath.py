@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
+from scipy.constants import speed_of_light
 
 from physics.arrivals import Arrivals
 from physics.bounce import bounces
@@ -170,7 +171,8 @@ class Multipath(Effect):
         if values["patch"]:
             place = (float(values[f"patch_{name}"]) for name in ("x", "y", "z", "wide"))
             how = (values[f"patch_{name}"] > 0.5 for name in ("stands", "dimmed"))
-            more += patch_returns(light, *place, *how, values["patch"])
+            bin_m = rendering.clock.bin_width_s * speed_of_light / 2
+            more += patch_returns(light, *place, *how, values["patch"], bin_m)
         return replace(light, returns=(*light.returns, *more)) if more else light
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:

@@ -37,12 +37,14 @@ def test_one_that_stands_is_nearer_when_the_camera_has_come(small):
     assert not np.allclose(stands[2][0], along[2][0], rtol=0.05)
 
 
-def test_ways_by_a_wide_patch_differ_as_those_by_drawn_parts(small):
+@pytest.mark.parametrize(("bin_m", "count"), [(0.03, 3), (0.015, 5), (0.005, 9)])
+def test_ways_by_a_wide_patch_differ_as_those_by_drawn_parts(small, bin_m, count):
     """Mean and width of half the path, over parts drawn from a normal distribution."""
     light = direct_light(np.full((1, 6, 10), 0.8), small.light.intrinsics, time_s=np.zeros(1))
     patch, wide = np.array([0.5, -0.1, 0.2]), 0.03
     unit = by_way_of_patch(light, *patch, wide, False)[2]
-    parts = patch_returns(light, *patch, wide, False, False, 2.0)
+    parts = patch_returns(light, *patch, wide, False, False, 2.0, bin_m)
+    assert len(parts) == count
     np.testing.assert_allclose(sum(part.strength for part in parts), 2 * unit, rtol=1e-5)
     drawn = patch + wide * np.random.default_rng(1).normal(size=(400_000, 3))
     for v, u in ((0, 0), (3, 7), (5, 9)):
