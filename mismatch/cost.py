@@ -20,6 +20,17 @@ def price(simulation: Simulation) -> float:
     return float(np.log(simulation.counts.shape[0] * simulation.counts.shape[1]))
 
 
+def numbers_cost(simulation: Simulation, fitted: Fit) -> float:
+    """Deviance that the numbers of a fit must gain which are fitted each by itself."""
+    return price(simulation) * fitted.numbers - _less(simulation, fitted.forms)
+
+
+def _less(simulation: Simulation, forms: tuple[Form, ...]) -> float:
+    """What numbers of single zones cost less than others: only that zone's histogram tells of them in each frame."""
+    own = sum(place is not None and parameter.axis == "zone" for form in forms for parameter, place in form.coordinates)
+    return own * float(np.log(simulation.counts.shape[1]))
+
+
 def cost(simulation: Simulation, fitted: Fit) -> float:
     """Deviance that a fit's parameters must gain, and its effects where their names are stretched.
 
@@ -35,9 +46,9 @@ def cost(simulation: Simulation, fitted: Fit) -> float:
     whole = [2 * np.log(2 + abs(number)) for number in numbers if number.is_integer()]
     choices = CHOICE * chosen + 2 * np.log(len(simulation.counts)) * onsets + sum(whole)
     choices += 2 * np.log(len(all_effects())) * len(fitted.forms)
-    counted = fitted.numbers + len(numbers) - len(whole)
+    given_too = price(simulation) * (len(numbers) - len(whole))
     patterns = 0.0 if fitted.pattern is None else fitted.pattern.cost + price(simulation)
-    return price(simulation) * counted + patterns + choices + strain(simulation, fitted)
+    return numbers_cost(simulation, fitted) + given_too + patterns + choices + strain(simulation, fitted)
 
 
 def strain(simulation: Simulation, fitted: Fit) -> float:
@@ -49,4 +60,4 @@ def strain(simulation: Simulation, fitted: Fit) -> float:
 def least_cost(train: Simulation, forms: tuple[Form, ...]) -> float:
     """Deviance that forms must gain at least: of numbers that are drawn, what they fit of noise."""
     many = len(drawn(forms))
-    return price(train) * (1 + sum(len(form.coordinates) for form in forms) - many) + many
+    return price(train) * (1 + sum(len(form.coordinates) for form in forms) - many) - _less(train, forms) + many

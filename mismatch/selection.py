@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mismatch.candidates import Candidate
-from mismatch.cost import cost, price
+from mismatch.cost import cost, numbers_cost
 from mismatch.descent import MOST_STEPS
 from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.fluctuation import frame_gain_sigma
@@ -106,7 +106,8 @@ def without_superfluous(train: Simulation, fitted: Fit) -> Fit:
         less = without(train, fitted, form)
         patterns = 0.0 if fitted.pattern is None else fitted.pattern.cost
         patterns -= 0.0 if less.pattern is None else less.pattern.cost
-        if less.deviance - fitted.deviance < price(train) * (fitted.numbers - less.numbers) + patterns:
+        numbers = numbers_cost(train, fitted) - numbers_cost(train, less)
+        if less.deviance - fitted.deviance < numbers + patterns:
             return without_superfluous(train, less)
     return fitted
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mismatch.cost import cost
+from mismatch.cost import cost, least_cost, numbers_cost
 from mismatch.form import forms_of
 from physics.effects import find_effect
 
@@ -33,3 +33,13 @@ def test_a_number_that_data_gave_is_a_parameter(drawn):
         for f in (form, form.beginning({"apparent_range": 2.0, "speed": -1.5, "still": 1.0, "jitter": 1e-10}))
     ]
     assert paid[1] - paid[0] == pytest.approx(np.log(24 * 4) + 2 * np.log(3))
+
+
+def test_a_number_of_one_zone_is_told_by_one_histogram_a_frame(drawn):
+    """Schwarz's price of a number is the logarithm of how many observations tell of it."""
+    simulation, effect = drawn(3), find_effect("zone_gain")
+    form = next(f for f in forms_of(effect, SIZES) if f.free == ("factor",) and f.own)
+    fitted = SimpleNamespace(numbers=5, pattern=None, gain=1.0, forms=(form,), settings=())
+    wanted = np.log(24 * 4) + 4 * np.log(24)
+    assert numbers_cost(simulation, fitted) == pytest.approx(wanted)
+    assert least_cost(simulation, (form,)) == pytest.approx(wanted)
