@@ -41,15 +41,17 @@ def _likeliest(train: Simulation, test: Simulation, forms: list[Form], best: lis
     if not found.forms:
         return best
     doubtful, likeliest = _doubtful(train, found), _evidence(train, test, best)
-    begins = [(candidate, True) for candidate in _others(best[0])] if doubtful else _two_for_one(best)
-    for candidate, richer in begins:
+    others = [(candidate, True) for candidate in _others(best[0])] if doubtful else []
+    as_two = [(candidate, False) for candidate in _plainest(best)] if doubtful else _two_for_one(best)
+    for i, (candidate, richer) in enumerate((*others, *as_two)):
         if train.work.enough:
             break
         other = begun_with(train, test, forms, best[0], candidate, richer=richer)
-        if not doubtful and len(other[-1].before.forms) < 2:
+        two = i >= len(others)
+        if two and len(other[-1].before.forms) < 2:
             continue  # What stands in the place of one alone is a matter of contests.
         there = _evidence(train, test, other)
-        if there > likeliest + (0.0 if doubtful else TWO_FOR_ONE):
+        if there > likeliest + (TWO_FOR_ONE if two else 0.0):
             best, likeliest = other, there
     return best
 
@@ -61,14 +63,21 @@ def _two_for_one(rounds: list[Round]) -> list[tuple[Candidate, bool]]:
     plainest form, and others of one number for all. In the place of several, the first of which may hold parts of
     others: others.
     """
-    first, alone, others = rounds[0], rounds[-1].before.forms, _others(rounds[0])
+    alone, others = rounds[-1].before.forms, _others(rounds[0])
     if len(alone) > 1:
         return [(candidate, True) for candidate in others]
+    alike = [c for c in others if alone[0].own and not c.form.own]
+    return [(candidate, False) for candidate in (*_plainest(rounds), *alike)]
+
+
+def _plainest(rounds: list[Round]) -> list[Candidate]:
+    """Of one effect that has a number for each zone, or many, the plainest form that stands out; there may be none."""
+    first, alone = rounds[0], rounds[-1].before.forms
+    if len(alone) > 1:
+        return []
     plainer = [c for c in first.candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]
     plainer = [c for c in plainer if c.stands_out(len(first.candidates))]
-    plainest = sorted(plainer, key=lambda c: (len(c.form.coordinates), c.criterion))[:1]
-    alike = [c for c in others if alone[0].own and not c.form.own]
-    return [(candidate, False) for candidate in (*plainest, *alike)]
+    return sorted(plainer, key=lambda c: (len(c.form.coordinates), c.criterion))[:1]
 
 
 def unjudged(last: Round) -> Candidate | None:

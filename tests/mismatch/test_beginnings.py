@@ -106,6 +106,7 @@ def test_what_is_left_by_nothing_is_left(tried, effects, others):
 RICH, PLAIN = (("passed",), 4), ((), 2)
 
 
+@pytest.mark.parametrize("left", [(), ("a place",)])
 @pytest.mark.parametrize(
     ("effects", "likelihood", "whole", "other", "kept"),
     [
@@ -118,8 +119,9 @@ RICH, PLAIN = (("passed",), 4), ((), 2)
         (2, 21.0, RICH, (("passed",), 3), "zones"),
     ],
 )
-def test_one_effect_of_many_numbers_may_be_two(tried, monkeypatch, effects, likelihood, whole, other, kept):
-    """Begun with fewer, before they may become many; believed at odds that tell."""
+def test_one_effect_of_many_numbers_may_be_two(tried, monkeypatch, effects, likelihood, whole, other, kept, left):
+    """Begun with fewer, before they may become many; believed at odds that tell, whether something is left or not."""
+    tried.left = left
     effect = SimpleNamespace(id="surface")
 
     def form(own=(), many=1):
