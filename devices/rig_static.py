@@ -30,7 +30,8 @@ def rig_static(rig: Rig, lidar: dict[str, Any], camera: dict[str, Any]) -> dict[
 
 def rig_meta(rig: Rig, lidar: dict[str, Any], camera: dict[str, Any], made_by: str) -> dict[str, Any]:
     """What a recording of the rig says about itself."""
-    return {
+    table = "time_zero_s: factory calibration page of another device"
+    return ({"assumed": [table]} if _own_zeros(lidar) is None else {}) | {
         "sensor": "TMF882x",
         "made_by": f"difflidar {version('difflidar')} {made_by}",
         "mode": rig.lidar.mode,
@@ -44,5 +45,10 @@ def rig_meta(rig: Rig, lidar: dict[str, Any], camera: dict[str, Any], made_by: s
 
 def _time_zero(said: dict[str, Any], timing: Timing) -> np.ndarray:
     """(P,) seconds: of the sensor's own factory calibration where it could be read, else the table's."""
-    zeros = (said.get("factory_calibration") or {}).get("zone_zero_bins")
+    zeros = _own_zeros(said)
     return timing.time_zero_s if zeros is None else np.array(zeros, float) * timing.bin_width_s
+
+
+def _own_zeros(said: dict[str, Any]) -> list[float] | None:
+    """Time zero of each zone in bins, as the sensor's factory calibration has it; None where it could not be read."""
+    return (said.get("factory_calibration") or {}).get("zone_zero_bins")

@@ -31,7 +31,8 @@ def loosened(simulation: Simulation) -> Simulation:
 def clock_slopes(simulation: Simulation, gain: float) -> np.ndarray | None:
     """(K, F, P, T) change of expected counts with each number of an estimated clock, by a standard deviation of it.
 
-    These are pieces of the response, whose whole stays 1, and delays of zones. None where it would be too large.
+    These are pieces of the response, whose whole stays 1, and delays of zones whose time zeros do not hold. None where
+    it would be too large.
     """
     frames, zones, bins = simulation.counts.shape
     clock = longer(simulation.clock, sum(BEFORE_BINS), sum(AFTER_BINS))
@@ -51,7 +52,9 @@ def clock_slopes(simulation: Simulation, gain: float) -> np.ndarray | None:
             if simulation.dead is None or not simulation.dead[zone]:
                 changes = np.moveaxis(in_steps(part, zone) @ ways, 2, 0)
                 changes[np.abs(changes) < LEAST] = 0.0
-                found[: len(pieces), some, zone], found[len(pieces) + zone, some, zone] = changes[:-1], changes[-1]
+                found[: len(pieces), some, zone] = changes[:-1]
+                if not simulation.timed:
+                    found[len(pieces) + zone, some, zone] = changes[-1]
     return found[found.any(axis=(1, 2, 3))]
 
 

@@ -24,10 +24,11 @@ OFTEN = 0.5
 
 
 def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorModel, str]:
-    """The sensor with response, delays of zones and, where none is recorded, pedestal estimated; and a sentence on it.
+    """The sensor with response and, where none is recorded, pedestal estimated; and a sentence on it.
 
-    No frame that is held out takes part; nor does a zone, or a frame, that light of the scene does not reach: such a
-    zone keeps its time zero, and its pedestal is what it counts.
+    And delays of zones where time zero was no more than assumed: one that is stated holds, but for what all zones
+    share, which is the response's. No frame that is held out takes part; nor does a zone, or a frame, that light of the
+    scene does not reach: such a zone keeps its time zero, and its pedestal is what it counts.
     """
     sweep = _chosen(recording, maps)
     zones = _seeing(sweep.lit)
@@ -38,16 +39,18 @@ def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorMo
     sweep = sweep.part(slice(None, None, max(1, len(sweep.counts) // ENOUGH)))
     estimate = fit_impulse(sweep, zones=zones)
     delay_s, pedestal = np.zeros(sweep.counts.shape[1]), sweep.counts.mean(axis=(0, 2))
-    delay_s[zones], pedestal[zones] = estimate.delay_s, np.median(estimate.pedestal, axis=0)
+    pedestal[zones] = np.median(estimate.pedestal, axis=0)
     meta, said = recording.meta, f"estimated from {len(sweep.counts)} frames of the recording"
-    sources = {"pulse": said, "time_zero_s": f"as recorded, and delays of zones {said}", "background_counts": said}
-    level, lacking = recording.background_counts, "Impulse response, delays of zones and pedestal"
+    sources, lacking = {"pulse": said}, ["impulse response"]
+    if recording.assumes("time_zero_s"):
+        delay_s[zones] = estimate.delay_s
+        sources["time_zero_s"] = f"as recorded, and delays of zones {said}"
+        lacking.append("delays of zones")
+    # The pedestal of lit frames holds what lamps add to a recorded one, which is for effects to say.
+    level = recording.background_counts
     if level is None:
-        level = pedestal
-    else:
-        # The pedestal of lit frames holds what lamps add to a recorded one, which is for effects to say.
-        del sources["background_counts"]
-        lacking = "Impulse response and delays of zones"
+        level, sources["background_counts"] = pedestal, said
+        lacking.append("pedestal")
     sensor = SensorModel(
         name=str(meta.get("sensor", "")),
         mode=str(meta.get("mode", "")),
@@ -59,7 +62,7 @@ def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorMo
         background_counts=np.asarray(level, float),
         sources=sources,
     )
-    return sensor, f"{lacking} are not recorded: {said}, none of them held out."
+    return sensor, f"What is not recorded is {said}, none of them held out: {', '.join(lacking)}."
 
 
 def _chosen(recording: Recording, maps: ResponseMaps) -> Sweep:

@@ -37,7 +37,8 @@ def likelier_clock(
     frames laid over one another did not show it; here all counts share one gain, and what comes earlier and later is
     sought. Then steps of the response are parts of a sum, of which each step of an iteration gives each its part of
     every count (Richardson 1972, J. Opt. Soc. Am. 62, 55; Lucy 1974, Astron. J. 79, 745); what counts do not tell apart
-    stays as smooth as it was. Delays have the mean 0: what all share is the response's. Where the nominal model is far
+    stays as smooth as it was. Delays have the mean 0: what all share is the response's; where time zeros of zones hold
+    they are all 0. Where the nominal model is far
     off, as beside real scenes, it would take up what is amiss, and the clock stays.
     """
     chosen = np.arange(len(simulation.counts)) if every else halves(len(simulation.counts))[0]
@@ -54,8 +55,9 @@ def likelier_clock(
             response = cells.stepped(response)
         delay = np.zeros(part.counts.shape[1])
         farthest = FARTHEST_BINS * cells.per_bin
-        delay[alive] = np.clip([cells.late(i, response) for i in range(len(alive))], -farthest, farthest)
-        delay[alive] -= delay[alive].mean()
+        if not simulation.timed:
+            delay[alive] = np.clip([cells.late(i, response) for i in range(len(alive))], -farthest, farthest)
+            delay[alive] -= delay[alive].mean()
         held = np.flatnonzero(response > 0)
         there = slice(held[0], held[-1] + 1)
         pulse = ImpulseResponse(cells.time_s[there], response[there] / response.sum())

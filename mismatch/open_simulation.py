@@ -104,7 +104,7 @@ def _simulation_of(
     simulation = Simulation(
         counts[chosen].astype(float), light, _footprints(recording, maps, stride), sensor.clock,
         np.asarray(sensor.background_counts, float), np.arange(len(chosen)), sensor.effects, dead=dead,
-        guessed=estimated,
+        guessed=estimated, timed=estimated and not recording.assumes("time_zero_s"),
     )  # fmt: skip
     if recording.incidence_cosine is None:
         across = _light(recording, chosen, stride, sensor.laser_cycles, across_edges=True)

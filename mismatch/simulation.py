@@ -36,7 +36,8 @@ class Simulation:
     all are alive. trust: (F, P, T) above 0 to 1, None where all counts are trusted: one that scatters φ times as much
     as photons do, and what is expected of it, are taken 1/φ times, so that both are as if they were photons'
     (Wedderburn 1974, Biometrika 61, 439). guessed: whether its response was estimated from the frames that choose, so
-    that what it is off by is as large as the noise of as many frames. work: what was asked of it and of its parts.
+    that what it is off by is as large as the noise of as many frames. timed: whether time zeros of zones hold all the
+    same, but for what all share. work: what was asked of it and of its parts.
     """
 
     counts: np.ndarray
@@ -50,6 +51,7 @@ class Simulation:
     dead: np.ndarray | None = None
     trust: np.ndarray | None = None
     guessed: bool = False
+    timed: bool = False
     loose: np.ndarray | None = None
     work: Work = field(default_factory=Work)
 

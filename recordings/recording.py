@@ -68,6 +68,10 @@ class Recording:
         """What `meta_json` says."""
         return json.loads(self.meta_json)
 
+    def assumes(self, name: str) -> bool:
+        """Whether whoever made it had no better than to assume this field, as an importer says under `assumed`."""
+        return name in str(self.meta.get("assumed", ""))
+
     def present(self) -> Iterator[tuple[str, Any]]:
         """Name and value of every field that is there."""
         for field in fields(self):

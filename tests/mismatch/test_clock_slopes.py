@@ -41,6 +41,11 @@ def test_delays_of_zones_change_counts_as_renderings_say(slopes):
         assert np.linalg.norm(change - found[zone - ZONES]) < 0.02 * np.linalg.norm(change)
 
 
+def test_zones_whose_time_zeros_hold_are_not_late(slopes):
+    simulation, found, gain = slopes
+    np.testing.assert_array_equal(clock_slopes(replace(simulation, timed=True), gain), found[:-ZONES])
+
+
 def test_pieces_of_the_response_change_counts_as_renderings_say(slopes):
     """Any response is a mixture: of the one there is, and of one that is a piece of it alone."""
     simulation, found, gain = slopes

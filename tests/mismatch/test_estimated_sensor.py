@@ -1,5 +1,8 @@
 """A response that nobody recorded, of recordings in which not every zone sees the scene in every frame."""
 
+import json
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -59,7 +62,16 @@ def test_a_zone_that_sees_nothing_keeps_its_time_zero_and_counts(rig, apart):
     sensor, _ = estimated_sensor(dark, apart)
     assert sensor.time_zero_s[2] == dark.time_zero_s[2]
     assert sensor.background_counts[2] == pytest.approx(BACKGROUND[2], rel=0.1)
-    assert (sensor.time_zero_s[[0, 1, 3]] != dark.time_zero_s[[0, 1, 3]]).all()
+
+
+@pytest.mark.parametrize("assumed", [False, True])
+def test_zones_are_late_only_where_time_zero_was_assumed(rig, maps, assumed):
+    """One that whoever recorded it states holds; where there was no better than a table, zones are told apart."""
+    meta = json.dumps({"assumed": ["bin_width_s and time_zero_s: typical"]} if assumed else {})
+    recording = replace(seen(rig, (), ()), meta_json=meta)
+    sensor, sentence = estimated_sensor(recording, maps)
+    assert (sensor.time_zero_s != recording.time_zero_s).any() == assumed
+    assert ("delays of zones" in sentence) == ("time_zero_s" in sensor.sources) == assumed
 
 
 def test_where_no_zone_sees_anything_that_is_said(rig, maps):

@@ -56,6 +56,17 @@ def test_zones_that_were_thought_late_are_not(counted):
     np.testing.assert_allclose(found.time_zero_s, counted.clock.time_zero_s, atol=8e-12)
 
 
+def test_time_zeros_of_zones_that_hold_are_left_as_they_are(counted):
+    """What zones share is the response's all the same."""
+    zero = counted.clock.time_zero_s
+    late = replace(counted, clock=replace(counted.clock, time_zero_s=zero + 60e-12), timed=True)
+    found = likelier_clock(late)
+    np.testing.assert_array_equal(found.time_zero_s, late.clock.time_zero_s)
+    assert deviance(counted, found) - deviance(counted, counted.clock) < 0.1 * (
+        deviance(counted, late.clock) - deviance(counted, counted.clock)
+    )
+
+
 def test_a_dead_zone_says_nothing(counted):
     counts = counted.counts.copy()
     counts[:, 1] = 0
