@@ -6,6 +6,8 @@ import numpy as np
 FARTHEST = 24
 # Fewer counts than this are expected nowhere that tells anything.
 LEAST = 1.0
+# What no division may meet.
+NOTHING = 1e-12
 
 
 def inside(counts: np.ndarray, before: float, after: float) -> np.ndarray:
@@ -14,16 +16,18 @@ def inside(counts: np.ndarray, before: float, after: float) -> np.ndarray:
     return np.clip(before + 1 + away, 0, 1) * np.clip(after + 1 - away, 0, 1)
 
 
-def told_window(excess: np.ndarray, expected: np.ndarray) -> tuple[float, float, float]:
+def told_window(excess: np.ndarray, expected: np.ndarray, cut: np.ndarray) -> tuple[float, float, float]:
     """Bins before and after the highest within which counts differ most clearly from those beyond, and by what part.
 
-    excess, expected: (F, P, T). Contrast of the relative excess inside with that outside, by the noise of both: of all
-    windows that end at a whole bin.
+    excess, expected: (F, P, T). cut: (F, P, T) what of them a window cuts off. Contrast of the excess by what is cut,
+    told by weighted least squares, inside with that outside, by the noise of both: of all windows that end at a whole
+    bin.
     """
     away = _away(expected).ravel()
     near = np.abs(away) <= FARTHEST
     place = np.where(near, away + FARTHEST, 2 * FARTHEST + 1)
-    lacking, there = (np.bincount(place, each.ravel(), minlength=2 * FARTHEST + 2) for each in (-excess, expected))
+    weight = cut / np.maximum(expected, NOTHING)
+    lacking, there = (np.bincount(place, (of * weight).ravel(), minlength=2 * FARTHEST + 2) for of in (-excess, cut))
     lacks, has = (np.concatenate([[0.0], np.cumsum(each[:-1])]) for each in (lacking, there))
     first, last = np.indices((FARTHEST, FARTHEST))
     within = [total[FARTHEST + last + 1] - total[FARTHEST - first] for total in (lacks, has)]

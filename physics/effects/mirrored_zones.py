@@ -15,6 +15,8 @@ from physics.zone_order import taken
 # What says that zones are exchanged: in such a share, of which less than half is no exchange.
 SHARES = ("rows", "columns", "transposed", "zones_exchanged", "rows_exchanged", "columns_exchanged", "reordered")
 HALF = 0.5
+# What no logarithm may meet.
+NOTHING = 1e-9
 
 
 class MirroredZones(Effect):
@@ -125,7 +127,8 @@ class MirroredZones(Effect):
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The two zones, rows and columns that fit best in each other's place, and the order that fits best of all."""
-        gain = gain_in_place(expected + excess, expected)
+        level = np.minimum(rendering.background, expected)
+        gain = gain_in_place(expected + excess, expected - level, level)
         rows, columns = rendering.footprints.zone_grid
         zones = np.arange(rows * columns).reshape(rows, columns)
         found = []
@@ -142,13 +145,18 @@ class MirroredZones(Effect):
         return [*found, {"reordered": self.parameter("reordered").start, "place": place}]
 
 
-def gain_in_place(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """(P, P) log-likelihood that each zone's counts (rows) gain with each's expectation (columns), brightness free.
+def gain_in_place(counts: np.ndarray, signal: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """(P, P) log-likelihood that each zone's counts (rows) gain with each's signal (columns) beside its own level.
 
-    counts, expected: (F, P, T). Poisson: for counts c and expectation a·e the best a is sum(c)/sum(e).
+    counts, signal, level: (F, P, T). Poisson, the signal as bright as makes the sums alike.
     """
-    c, e = (np.moveaxis(a, 1, 0).reshape(a.shape[1], -1) for a in (counts, np.maximum(expected, 1e-9)))
-    found = c @ np.log(e).T - np.outer(c.sum(axis=1), np.log(e.sum(axis=1)))
+    found = np.empty((counts.shape[1],) * 2)
+    bright = np.maximum(signal.sum(axis=(0, 2)), NOTHING)
+    for zone, row in enumerate(found):
+        seen, own = counts[:, zone, None], np.maximum(level[:, zone, None], NOTHING)
+        times = np.maximum(seen.sum() - own.sum(), 0) / bright
+        expected = times[:, None] * signal + own
+        row[:] = (seen * np.log(expected) - expected).sum(axis=(0, 2))
     return found - np.diag(found)[:, None]
 
 

@@ -62,6 +62,7 @@ class RangeAliasing(Effect):
         ("folded", "period"),
         ("folded", "period", "smear"),
         BOARD,
+        (*BOARD, "smear"),
         (*BOARD, "tilt_x", "tilt_y"),
         ("through", "depth", "smear"),
         ("through", "depth", "smear", "tilt_x", "tilt_y"),

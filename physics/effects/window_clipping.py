@@ -138,7 +138,7 @@ class WindowClipping(Effect):
         And those beyond which all of it is, of each zone, and of all at the end where that is clearer. And how far from
         the highest bin counts are lost.
         """
-        found = []
+        found, about = [], []
         for background in (1.0, 0.0):
             cut = expected - (1 - background) * np.minimum(rendering.background, expected)
             # Weighted least squares of a share of `cut`, of all bins up to each edge.
@@ -157,9 +157,10 @@ class WindowClipping(Effect):
                     found.append(ends | {"softness": softness, "lost": share, "background": background})
                 alone = {name: at + (softness - 1) / 2 for name, at in clearer.items()}
                 found.append(alone | {"softness": softness, "lost": 1.0, "background": background})
-        before, after, aside = told_window(excess, expected)
-        about = {"aside": aside, "before": before, "after": after}
-        return [*found, *(about | {"background": background} for background in (1.0, 0.0) if aside > 0)]
+            before, after, aside = told_window(excess, expected, cut)
+            if aside > 0:
+                about.append({"aside": aside, "before": before, "after": after, "background": background})
+        return found + about
 
 
 def _closed(values: Values, edge: np.ndarray, bins: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import minimize_scalar
 from scipy.stats import poisson
 
 from physics.effects.mirrored_zones import effect, gain_in_place
@@ -60,7 +59,7 @@ def test_two_lines_are_exchanged_and_found_to_be(name):
     half = exchanged((3, 4), effect.at(**{name: 0.5, "first": first, "second": second}).values)
     np.testing.assert_allclose(half, (mixed + np.eye(12)) / 2)
     expected = 100 + 50 * np.random.default_rng(2).random((5, 12, 30))
-    seen = SimpleNamespace(footprints=SimpleNamespace(zone_grid=(3, 4)))
+    seen = SimpleNamespace(footprints=SimpleNamespace(zone_grid=(3, 4)), background=0.0)
     starts = effect.starts(3 * expected[:, order] - expected, expected, seen)
     (found,) = [start for start in starts if name in start]
     assert {found["first"], found["second"]} == {first, second}
@@ -70,7 +69,7 @@ def test_two_lines_are_exchanged_and_found_to_be(name):
 def test_any_order_is_found_and_made(order):
     """Against a permutation written down by indexing."""
     expected = 100 + 50 * np.random.default_rng(3).random((4, 6, 20))
-    seen = SimpleNamespace(footprints=SimpleNamespace(zone_grid=(2, 3)))
+    seen = SimpleNamespace(footprints=SimpleNamespace(zone_grid=(2, 3)), background=0.0)
     found = effect.starts(3 * expected[:, order] - expected, expected, seen)[-1]
     np.testing.assert_array_equal(found["place"], order)
     values = effect.at(reordered=0.25, place=found["place"]).values
@@ -83,19 +82,28 @@ def test_what_is_no_order_leaves_zones_where_they_were():
 
 
 def test_what_a_zone_gains_in_the_place_of_another():
-    """Against the Poisson likelihood of scipy at the brightness that is best, found numerically."""
+    """Against scipy's Poisson likelihood: signal exchanged, level its own, as many counts in all as were recorded."""
     rng = np.random.default_rng(4)
-    expected = rng.uniform(5, 50, (3, 2, 8))
-    counts = rng.poisson(expected[:, ::-1]).astype(float)
+    signal, level = rng.uniform(5, 50, (3, 2, 8)), np.broadcast_to([[4.0], [30.0]], (3, 2, 8))
+    counts = rng.poisson(0.7 * signal[:, ::-1] + level).astype(float)
 
     def likelihood(zone, other):
-        loss = minimize_scalar(
-            lambda a: -poisson.logpmf(counts[:, zone], a * expected[:, other]).sum(), (0.5, 1), tol=1e-10
-        )
-        return -loss.fun
+        bright = (counts[:, zone] - level[:, zone]).sum() / signal[:, other].sum()
+        return poisson.logpmf(counts[:, zone], bright * signal[:, other] + level[:, zone]).sum()
 
     wanted = [[likelihood(z, o) - likelihood(z, z) for o in range(2)] for z in range(2)]
-    np.testing.assert_allclose(gain_in_place(counts, expected), wanted, atol=1e-6)
+    np.testing.assert_allclose(gain_in_place(counts, signal, level), wanted, atol=1e-6)
+
+
+@pytest.mark.parametrize("level", [0.0, 40.0])
+def test_it_suggests_zones_whose_light_is_exchanged_however_unlike_their_backgrounds(small, level):
+    """Backgrounds stay with their zones, and tell nothing of where these look."""
+    signal = 100 + 50 * np.random.default_rng(5).random((5, 4, 30))
+    background = level * np.arange(4.0)[:, None]
+    rendering = Rendering(small.light, small.footprints, small.clock, gain=1.0, background=background)
+    starts = effect.starts(signal[:, [0, 3, 2, 1]] - signal, signal + background, rendering)
+    (zones,) = [start for start in starts if "zones_exchanged" in start]
+    assert (zones["first"], zones["second"]) == (1, 3)
 
 
 @pytest.mark.parametrize("grid", [(3, 3), (4, 4), (3, 6), (1, 4)])
