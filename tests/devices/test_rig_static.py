@@ -8,7 +8,9 @@ from devices.rig_static import rig_meta, rig_static
 from physics.timing import tmf882x_timing
 
 
-@pytest.mark.parametrize("pages", [{}, {"factory_calibration": None}, {"factory_calibration": {"zone_zero_bins": None}}])
+@pytest.mark.parametrize(
+    "pages", [{}, {"factory_calibration": None}, {"factory_calibration": {"zone_zero_bins": None}}]
+)
 def test_a_time_zero_of_a_table_is_said_to_be_assumed(pages):
     rig = Rig()
     timing = tmf882x_timing(rig.lidar.ranging, 9)
