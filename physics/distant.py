@@ -14,6 +14,8 @@ from physics.replicas import DARK
 # Half the size that fits begin with, as a part of the distance; middles lie as far apart as that, in directions that so
 # many frames saw.
 EXTENT, FRAMES = 0.2, 6
+# The same of a wall across all of the view.
+ACROSS = 4.0
 # Of the most that a board could show, what is too little to tell where it is; and what no division may meet.
 TOLD, LEAST = 1e-3, 1e-12
 
@@ -53,14 +55,37 @@ def likely_boards(
     excess: np.ndarray, expected: np.ndarray, rendering: Rendering, period_s: float
 ) -> list[dict[str, float]]:
     """Boards that explain most of an excess (F, P, T): going along with the camera and, where it moves, standing."""
-    of = ((still, _likeliest(excess, expected, rendering, period_s, motion)) for still, motion in ways(rendering))
-    return [board | {"still": still} for still, board in of if board is not None]
+    rays, found = rendering.light.rays[looked_at(rendering.light)[1:]], []
+    for still, motion in ways(rendering):
+        tried = [(toward, EXTENT) for toward in _directions(rays, motion)]
+        board = _likeliest(excess, expected, rendering, period_s, motion, tried)
+        found += [] if board is None else [board | {"still": still}]
+    return found
+
+
+def likely_across(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+    """The same of walls across all of the view, one period away that is as short as the window allows.
+
+    Ranges differ the more from its middle to its rim the nearer a wall is.
+    """
+    period_s, found = rendering.clock.bins * rendering.clock.bin_width_s, []
+    for still, motion in ways(rendering):
+        wall = _likeliest(excess, expected, rendering, period_s, motion, [((0.0, 0.0), ACROSS)])
+        found += [] if wall is None else [{"depth": wall["depth"], "period": period_s, "still": still}]
+    return found
 
 
 def _likeliest(
-    excess: np.ndarray, expected: np.ndarray, rendering: Rendering, period_s: float, motion: Motion | None
+    excess: np.ndarray,
+    expected: np.ndarray,
+    rendering: Rendering,
+    period_s: float,
+    motion: Motion | None,
+    tried: list[tuple[tuple[float, float], float]],
 ) -> dict[str, float] | None:
     """The board one period, seconds, away that explains most of an excess (F, P, T); None where none would.
+
+    tried: directions, azimuth and elevation, and half of the size over the distance.
 
     Matched filters for white noise (Turin 1960, IRE Trans. Inf. Theory 6, 311) at all whole bins: of the pulse, where
     the way to the board puts it in each frame, and of what each zone sees of it.
@@ -73,8 +98,8 @@ def _likeliest(
     rays = light.rays[some[1:]]
     away_m = np.full(light.frames, speed_of_light / 2 * period_s)
     best, found = 0.0, None
-    for toward in _directions(rays, motion):
-        there = seen_board(rays, toward, away_m, (EXTENT, EXTENT), motion, light.time_s)[1]
+    for toward, half in tried:
+        there = seen_board(rays, toward, away_m, (half, half), motion, light.time_s)[1]
         share = received(there, rendering.footprints.weights[some])
         # Which bin of each frame and zone light comes in from as many bins farther than the period reaches.
         nearer_m = away_m - planes(normal_of(toward), away_m, motion, light.time_s)[1]
@@ -88,7 +113,7 @@ def _likeliest(
         later = int(np.argmax(evidence))
         if evidence[later] > best:
             place = {"depth": float(away_m[0] + later * bin_m), "azimuth": toward[0], "elevation": toward[1]}
-            best, found = float(evidence[later]), place | {"wide": EXTENT, "high": EXTENT}
+            best, found = float(evidence[later]), place | {"wide": half, "high": half}
     return found
 
 

@@ -45,15 +45,15 @@ def planes(normal: np.ndarray, away_m: np.ndarray, motion: Motion | None, time_s
     return normal @ at[:, :3, :3], away_m - at[:, :3, 3] @ normal
 
 
-def seen_through(light: Light, normals: np.ndarray, away_m: np.ndarray) -> list[Return]:
+def seen_through(light: Light, normals: np.ndarray, away_m: np.ndarray, anywhere: bool = False) -> list[Return]:
     """What white planes n·X = d, normals (F, 3) and metres (F,), send back where depth is unknown; none where it is
-    known. Strength cosθ/r² as in the nominal model.
+    known, unless anywhere. Strength cosθ/r² as in the nominal model.
     """
-    unknown = ~(light.range_m > 0)
-    if not unknown.any():
+    seen = ~(light.range_m > 0) | anywhere
+    if not seen.any():
         return []
     ranges, strength = met(light.rays, normals, away_m)
-    return [Return(ranges.astype(np.float32), (unknown * strength).astype(np.float32))]
+    return [Return(ranges.astype(np.float32), (seen * strength).astype(np.float32))]
 
 
 def met(rays: np.ndarray, normals: np.ndarray, away_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

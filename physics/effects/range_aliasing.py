@@ -1,10 +1,12 @@
 """`range_aliasing`: a target beyond the laser period."""
 
+from functools import partial
+
 import numpy as np
 from scipy.constants import speed_of_light
 
 from physics.curved_track import curved_track, own_way
-from physics.distant import likely_boards, seen_board
+from physics.distant import likely_across, likely_boards, seen_board
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.far_wall import normal_of, planes, seen_through, walls
 from physics.folded import one_period_early, periods, seen_beyond
@@ -30,16 +32,16 @@ BOARD = ("distant", "depth", "azimuth", "elevation", "wide", "high")
 class RangeAliasing(Effect):
     """Light of one shot is registered after the next: a far target seems near.
 
-    Depth images seldom hold it: then it is a pulse at `apparent_range`, or a wall across the view at `depth`, seen
-    wherever depth is unknown, or a thing of some extent there, seen wherever it is (`physics.distant`). What they hold
-    beyond the period comes back one period early, as much as `folded` times what it should; so do wall and thing.
+    Depth images seldom hold it: then it is a pulse at `apparent_range`; a wall at `depth`, seen where depth is unknown
+    (`through`) or all over (`across`); or a thing of some extent there (`physics.distant`). What they hold beyond the
+    period comes back one period early, `folded` times as much as it should; so do wall and thing.
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
     draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds; or come and go on a way of its
-    own (`own_way`). One that stands still comes nearer by as much as the
-    camera has moved towards it, ahead or aside; where nobody says, as what it sees says (`odometry`). It is followed
-    until it leaves the window, not into the next period.
+    own (`own_way`). One that stands still comes nearer by as much as the camera has moved towards it, ahead or aside;
+    where nobody says, as what it sees says (`odometry`). It is followed until it leaves the window, not into the next
+    period.
     """
 
     id = "range_aliasing"
@@ -62,11 +64,12 @@ class RangeAliasing(Effect):
         ("folded", "period"),
         ("folded", "period", "smear"),
         BOARD,
-        (*BOARD, "smear"),
         (*BOARD, "tilt_x", "tilt_y"),
         ("through", "depth", "smear"),
         ("through", "depth", "smear", "tilt_x", "tilt_y"),
         ("through", "depth", "smear", "speed", "tilt_x", "tilt_y"),
+        ("across", "depth", "period"),
+        ("across", "depth", "period", "smear"),
     )
     richer = ((*BOARD, "tilt_x", "tilt_y"), ("counts", "apparent_range", *TOWARD))
     parameters = (
@@ -86,6 +89,7 @@ class RangeAliasing(Effect):
         Parameter("still_down", "1", -1.5, 1.5, 0.0, "The same for each that it moves down."),
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
+        Parameter("across", "1", 0.0, 1e3, 0.5, "Reflectance of a wall that is seen all over.", vanishes_at=0.0),
         Parameter("distant", "1", 0.0, 1e3, 0.5, "Reflectance of a thing that is seen anyway.", vanishes_at=0.0),
         Parameter("wide", "1", 0.02, 2.0, 0.2, "Half its width over its distance."),
         Parameter("high", "1", 0.02, 2.0, 0.2, "Half its height over its distance."),
@@ -104,17 +108,19 @@ class RangeAliasing(Effect):
         if np.any(values["counts"]):
             found = found + np.atleast_1d(values["counts"])[:, None] * self._pulse(values, rendering)
         period = values["period"], values["smear"]
-        for strength, light in (("folded", _beyond), ("through", self._wall), ("distant", self._thing)):
+        seen = {"through": self._wall, "across": partial(self._wall, anywhere=True), "distant": self._thing}
+        seen["folded"] = lambda values, now: seen_beyond(now.light, now.clock, values["period"])
+        for strength, light in seen.items():
             if values[strength]:
                 early = one_period_early(rendering, light(values, rendering), *period)
                 found = found if early is None else found + values[strength] * early
         return found
 
-    def _wall(self, values: Values, rendering: Rendering) -> list[Return]:
-        """What a wall across the view sends back where depth is unknown."""
+    def _wall(self, values: Values, rendering: Rendering, anywhere: bool = False) -> list[Return]:
+        """What a wall across the view sends back where depth is unknown, or anywhere."""
         toward, tilt, away_m, motion = self._place(values, rendering)
         light = rendering.light
-        return seen_through(light, *planes(normal_of(toward, tilt), away_m, motion, light.time_s))
+        return seen_through(light, *planes(normal_of(toward, tilt), away_m, motion, light.time_s), anywhere)
 
     def _thing(self, values: Values, rendering: Rendering) -> list[Return]:
         """What a thing of limited extent sends back."""
@@ -180,20 +186,14 @@ class RangeAliasing(Effect):
             where |= {name: speed_of_light / 2 * level for name, level in levels.items()}
             if all(self.parameter(name).low <= value <= self.parameter(name).high for name, value in where.items()):
                 found.append({"counts": self.parameter("counts").start} | where)
-        period_s, reach = self.parameter("period").start, self.parameter("depth")
-        far = [
-            ("through", wall) for wall in walls(excess, expected, rendering, period_s, self.parameter("smear").tries)
-        ]
-        far += [("distant", board) for board in likely_boards(excess, expected, rendering, period_s)]
+        period, reach, smear = (self.parameter(name) for name in ("period", "depth", "smear"))
+        far = [("through", wall) for wall in walls(excess, expected, rendering, period.start, smear.tries)]
+        far += [("across", wall) for wall in likely_across(excess, expected, rendering)]
+        far += [("distant", board) for board in likely_boards(excess, expected, rendering, period.start)]
         for name, where in far:
             depth = float(np.clip(where["depth"], reach.low, reach.high))
             beyond.append({name: self.parameter(name).start} | where | {"depth": depth})
         return found + beyond
-
-
-def _beyond(values: Values, rendering: Rendering) -> list[Return]:
-    """What is seen beyond the period."""
-    return seen_beyond(rendering.light, rendering.clock, values["period"])
 
 
 effect = RangeAliasing()

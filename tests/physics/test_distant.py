@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from physics.clock import Clock
-from physics.distant import likely_boards, seen_board
+from physics.distant import likely_across, likely_boards, seen_board
 from physics.effects.range_aliasing import effect
 from physics.footprint import footprints
 from physics.light import direct_light
@@ -73,3 +73,21 @@ def test_where_a_board_is_shows_in_an_excess(still):
     assert np.hypot(found["azimuth"] - 0.15, found["elevation"] - 0.1) < 0.2
     starts = effect.starts(excess, plain, rendering)
     assert {start["still"] for start in starts if "distant" in start} == {0.0, 1.0}
+
+
+@pytest.mark.parametrize("still", [0.0, 1.0])
+def test_where_a_wall_across_the_view_is_shows_in_an_excess(still):
+    """It is seen before nearer surfaces, too, as if these let its light pass; one shortest period away."""
+    light, where, clock = sensor(12)
+    light = replace(light, motion=poses_of(12))
+    period_s = clock.bins * clock.bin_width_s
+    model = ForwardModel(light, where, clock, np.ones(4))
+    plain = model.expected(1e4)
+    depth = period_s * 299_792_458 / 2 + 0.9
+    wall = effect.at(counts=0, across=0.5, depth=depth, period=period_s, still=still)
+    excess = model.expected(1e4, [wall]) - plain
+    rendering = Rendering(light, where, clock, 1e4, background=np.ones((4, 1)))
+    best = max(likely_across(excess, plain, rendering), key=lambda found: found["still"] == still)
+    assert best["depth"] == pytest.approx(depth, abs=0.1)
+    starts = [start for start in effect.starts(excess, plain, rendering) if "across" in start]
+    assert {(start["still"], start["period"]) for start in starts} == {(0.0, period_s), (1.0, period_s)}

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from physics.far_wall import normal_of, planes, seen_through, toward_unknown, walls
+from physics.far_wall import met, normal_of, planes, seen_through, toward_unknown, walls
 from physics.light import direct_light
 from physics.motion import Motion
 from physics.nominal import ForwardModel
@@ -65,6 +65,10 @@ def test_what_is_known_or_behind_shows_no_wall():
     assert not way.strength.any()
     known = direct_light(np.full((3, 6, 10), 0.5), INTRINSICS, time_s=light.time_s)
     assert seen_through(known, *behind) == []
+    ahead = planes(normal_of((0.0, 0.0)), np.full(3, 9.0), None, light.time_s)
+    (way,) = seen_through(known, *ahead, anywhere=True)
+    for found, wanted in zip((way.range_m, way.strength), met(light.rays, *ahead), strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=1e-6)
     assert toward_unknown(known, None) == (0.0, 0.0)
 
 

@@ -29,7 +29,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
     period_s = values["period"]
     seen = returned(replace(world, gloss=world.gloss * values["folded"]), rng)
-    for far_off in (_wall(world, values), _thing(world, values)):
+    for far_off in (_wall(world, values, "through"), _wall(world, values, "across"), _thing(world, values)):
         seen = seen.and_also(returned(far_off, rng))
     smeared_s = values["smear"] * rng.standard_normal(len(seen))
     seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
@@ -50,8 +50,8 @@ def _way_of_its_own(values: Values, time_s: float) -> float:
     return float(way(time_s) + CubicSpline(np.linspace(0, times[-1], len(halves)), halves, bc_type="natural")(time_s))
 
 
-def _wall(world: World, values: Values) -> World:
-    """A wall far ahead, and nothing else, where depth is unknown."""
+def _wall(world: World, values: Values, how: str) -> World:
+    """A wall far ahead, and nothing else: `through`, where depth is unknown, or `across` the view."""
     still = values["still"] > 0.5
     camera = start_from_camera(world, "range_aliasing with still") if still else np.eye(4)
     # Level, then lifted: a frame that looks where it is so far away. Its points from any three corners of the wall.
@@ -64,9 +64,9 @@ def _wall(world: World, values: Values) -> World:
     rays = replace(world, depth_m=np.ones(world.depth_m.shape)).points
     ahead = rays @ normal / (corners[0] @ normal)
     cosine = rays @ normal / np.linalg.norm(normal) / np.linalg.norm(rays, axis=-1)
-    there = ~(world.depth_m > 0) & (ahead > 0) & (cosine > EDGE_ON)
+    there = ((how == "across") | ~(world.depth_m > 0)) & (ahead > 0) & (cosine > EDGE_ON)
     wall = replace(world, depth_m=np.where(there, 1 / np.where(there, ahead, 1), np.nan))
-    return replace(wall, reflectance=np.full(cosine.shape, values["through"]), cosine=cosine, gloss=1.0, behind=None)
+    return replace(wall, reflectance=np.full(cosine.shape, values[how]), cosine=cosine, gloss=1.0, behind=None)
 
 
 def _thing(world: World, values: Values) -> World:

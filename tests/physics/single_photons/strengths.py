@@ -197,6 +197,7 @@ STRENGTHS = {
         {"counts": 0, "distant": 1, "depth": 1.1, "period": 3e-9, "azimuth": 0.2, "elevation": -0.1, "tilt_x": 0.4},
         {"counts": 0, "distant": 1, "depth": 1.1, "period": 3e-9, "azimuth": -0.1, "high": 0.1, "still": 1.0},
         {"counts": 0, "distant": 1, "depth": 1.1, "period": 3e-9, "wide": 0.1, "smear": 3e-10},
+        {"counts": 0, "across": 0.5, "depth": 1.1, "period": 3e-9, "smear": 2e-10, "still": 1.0},
     ],
     "range_falloff": [
         {"overlap_range": 0.4},
