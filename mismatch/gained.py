@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import norm
 
 from mismatch.fit import Fit, on_others
+from mismatch.looks import deviance_at
 from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
@@ -53,6 +54,11 @@ def gained(test: Simulation, less: Fit, more: Fit) -> Gained:
     expected = part * 2 * float((truth * log - truth + mean).sum())
     # Of Poisson counts, each of which gains 2 log: more than 2 √expected where few counts are, that hardly any are due.
     scatter = 2 * float(np.sqrt(part * (truth * log**2).sum()))
+    if test.loose is not None:
+        # An estimated response takes up of large changes other parts than of small ones.
+        as_due = Nuisances(replace(test, counts=then), more.frame_gain_sigma)
+        taken = deviance_at(as_due, more.forms, more.x, then)
+        expected = deviance_at(as_due, less.forms, less.x, now) - taken
     if any(setting.effect.looks(setting.values) for setting in more.settings):
         # What has looked at these frames stands out by as much as its evidence is worth: the chance that noise makes
         # a likelihood ratio as large as exp(gain/2) is less than its inverse (Markov).
