@@ -22,7 +22,8 @@ class Afterpulsing(Effect):
     of afterpulses are left out: they go with the probability squared.
     Background that was measured in the dark of the laser has its afterpulses in it already: with `ambient` 0 they are
     not added again. A detector that counts before the window, too, brings afterpulses of the background from then into
-    it: with `earlier` 1 the background is followed as evenly as it falls.
+    it: with `earlier` 1 the background is followed as evenly as it falls. Traps so `deep` that they hold carriers for
+    many cycles release them at any time in these: evenly, as many for each event.
     """
 
     id = "afterpulsing"
@@ -43,6 +44,7 @@ class Afterpulsing(Effect):
         ("probability", "tau", "dead", "heavy"),
         ("probability", "tau", "dead", "slower", "times"),
         ("probability", "tau", "dead", "slower", "times", "ambient"),
+        ("probability", "tau", "dead", "deep"),
         ("probability", "tau", "dead", "earlier"),
         ("probability", "tau", "dead", "slower", "times", "earlier"),
     )
@@ -88,6 +90,7 @@ class Afterpulsing(Effect):
         Parameter(
             "slower", "1", 0.0, 1.0, 0.01, "Afterpulses for each event of a second kind of trap.", vanishes_at=0.0
         ),
+        Parameter("deep", "1", 0.0, 1.0, 0.003, "Afterpulses for each event in later cycles.", vanishes_at=0.0),
         Parameter("heavy", "1", 0.0, 10.0, 0.0, "Falls with the power 1 + 1/heavy of time; 0 exponentially."),
         Parameter(
             "times", "1", 1.0, 1000.0, 10.0, "How many times as long those take, after the hold-off.", tries=(4.0, 20.0)
@@ -112,7 +115,7 @@ class Afterpulsing(Effect):
                 held = _held(events.shape[-1], width, tau, values["dead"], values["heavy"])
                 earlier = values["earlier"] * rendering.background * held[1:] if values["earlier"] else 0.0
                 found = found + probability * (events @ np.triu(toeplitz(-np.diff(held))) + earlier)
-        return found
+        return found + values["deep"] * events.mean(axis=-1, keepdims=True) if values["deep"] else found
 
 
 def _held(bins: int, width: float, tau: float, dead: float, heavy: float) -> np.ndarray:

@@ -33,7 +33,11 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
         depth = rng.gamma(1 / values["heavy"], values["heavy"], len(events)) if values["heavy"] else 1.0
         released_s = alive_s + max(values["dead"], -world.bin_width_s) + rng.exponential(tau_s, len(events)) / depth
         found = found.and_also(replace(events, time_s=released_s, pixel=np.full_like(events.pixel, NO_PIXEL)))
-    return found
+    if not values["deep"]:
+        return found
+    # Carriers of as many cycles before are released in this one, whenever.
+    deep = photons.only(in_window(photons, world) & ~ambient & (rng.random(len(photons)) < values["deep"]))
+    return found.and_also(loose(deep.zone, rng.random(len(deep)) * world.bins * world.bin_width_s))
 
 
 def _earlier(world: World, trapped: np.ndarray, tau_s: float, rng: np.random.Generator) -> Photons:

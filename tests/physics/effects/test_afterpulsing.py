@@ -81,6 +81,14 @@ def test_background_of_before_the_window_is_followed_by_as_much_as_falls():
         np.testing.assert_allclose(part, 0.6 * effect.expected(effect.at(**values).values, start) + 0.4 * found)
 
 
+def test_events_of_later_cycles_come_at_any_time_in_them():
+    """In a bin as many as an event in any bin has there, each of which is as likely."""
+    counts = np.random.default_rng(5).uniform(0, 90, 60)
+    without = seen(counts, probability=0.2, tau=1.3e-9)
+    deep = seen(counts, probability=0.2, tau=1.3e-9, deep=0.1) - without
+    np.testing.assert_allclose(deep, sum(0.1 * count / 60 for count in counts))
+
+
 def test_it_is_in_proportion_to_the_pulse(small):
     model = ForwardModel(small.light, small.footprints, small.clock)
     one, ten = model.expected(1.0, [effect.at()]), model.expected(10.0, [effect.at()])

@@ -10,6 +10,7 @@ STRENGTHS = {
         {"probability": 0.4, "tau": 2e-9, "dead": 9e-10},
         {"probability": 0.3, "tau": 8e-10, "dead": 5e-10, "slower": 0.2, "times": 4},
         {"probability": 0.4, "tau": 2e-9, "ambient": 0.3},
+        {"probability": 0.2, "tau": 1e-9, "deep": 0.3, "ambient": 0.5},
         {"probability": [0.4, 0.1, 0, 0.3], "tau": 2e-9, "dead": -1.3e-10},
         {"probability": 0.4, "tau": 1e-9, "dead": 5e-10, "heavy": 2},
         {"probability": 0.3, "tau": 8e-10, "dead": 5e-10, "slower": 0.2, "times": 4, "earlier": 1},
