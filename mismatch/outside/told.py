@@ -39,8 +39,8 @@ def told_outside(
             continue
         for other in _outside(train, less, judged):
             won = evidence(train, test, other) - mine
-            # A number of one zone pays as if all zones told it, unless it is drawn: frames held out, which ask no
-            # price, may keep such a name.
+            # Numbers of zones pay each by itself, unless they are drawn, however alike they are: frames held out, which
+            # ask no price, may keep such a name.
             paid = judged.pattern is None and any(form.own for form in replaced)
             if won > best and not (paid and marginal_deviance(test, other) > held):
                 names = " and ".join(form.effect.id for form in replaced)
