@@ -16,6 +16,14 @@ def inside(counts: np.ndarray, before: float, after: float) -> np.ndarray:
     return np.clip(before + 1 + away, 0, 1) * np.clip(after + 1 - away, 0, 1)
 
 
+def centroid(counts: np.ndarray, about: float) -> np.ndarray:
+    """(..., 1) bins from the start of the first to the mean of (..., T) counts so many bins about the highest."""
+    near = counts * inside(counts, about, about)
+    total = near.sum(axis=-1, keepdims=True)
+    middle = (near @ (np.arange(counts.shape[-1]) + 0.5))[..., None]
+    return middle / np.maximum(total, NOTHING)
+
+
 def told_window(excess: np.ndarray, expected: np.ndarray, cut: np.ndarray) -> tuple[float, float, float]:
     """Bins before and after the highest within which counts differ most clearly from those beyond, and by what part.
 

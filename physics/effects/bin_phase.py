@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.constants import speed_of_light
 
+from physics.about_highest import centroid
 from physics.arrivals import Arrivals
 from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
 from physics.highest_pulse import highest_turns
 from physics.largest_share import PHASES, largest_part, largest_share
+from physics.phase_wave import wave
 from physics.rendering import Rendering
 
 # Between two knots the modulation is taken to be linear: off by (π / knots)² / 2 of the depth at most, 0.5 %.
@@ -28,7 +30,8 @@ class BinPhase(Effect):
 
     Where that step looks at the pulse of a zone and frame as a whole, all of its light counts
     1 + whole · cos(2π(t̄/bin_width − phase)) times, t̄ the mean nominal arrival of light that the window can see; or,
-    where it looks at the highest pulse alone, of what of that light is in it (`highest` 1).
+    where it looks at the highest pulse alone, of what of that light is in it (`highest` 1). Firmware takes the centroid
+    of the signal in the highest bin and `about` bins to either side of it for t̄.
 
     A peak of bins or a sawtooth has higher harmonics: with `cos_2` ... `sin_3` of cosine and sine at twice and three
     times the phase on top of each cosine above.
@@ -59,14 +62,16 @@ class BinPhase(Effect):
         ("depth", "phase"),
         ("whole", "phase"),
         ("whole", "phase", "highest"),
+        ("whole", "phase", "about"),
         ("along", "across"),
         ("ringed",),
         ("peaked",),
         ("depth", "phase", *HIGHER),
         ("whole", "phase", *HIGHER),
         ("whole", "phase", "highest", *HIGHER),
+        ("whole", "phase", "about", *HIGHER),
     )
-    richer = forms[-3:]
+    richer = forms[-4:]
     # With one value for all it is `whole` and a phase, which may have harmonics.
     uneven = (("along", "across"),)
     parameters = (
@@ -102,6 +107,7 @@ class BinPhase(Effect):
         Parameter(
             "highest", "1", 0.0, 1.0, 0.0, "1 where the highest pulse alone tells, 0 where all do.", tries=(1.0,)
         ),
+        Parameter("about", "bins", 0.0, 20.0, 0.0, "Bins beside the highest that tell; 0 where all do.", tries=(3.0,)),
         Parameter(
             "along", "1", -1.0, 1.0, 0.05, "By what part a pulse at either edge of a bin counts more.", 0.0, axis="zone"
         ),
@@ -160,28 +166,28 @@ class BinPhase(Effect):
             np.atleast_1d(values[name])[:, None] for name in ("depth", "whole", "along", "across")
         )
         # Light between two knots meets the wave's chord, which is flatter than the wave by sinc².
-        times = 1 + depth * _wave(values, turns - values["phase"], lattice.per_bin)
+        times = 1 + depth * wave(values, turns - values["phase"], lattice.per_bin)
         if whole.any() or along.any() or across.any():
             received = arrivals.light.sum(axis=-1, keepdims=True)
             # Light given to two knots in proportion keeps its mean time.
             mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
             if values["highest"]:
                 mean = mean + values["highest"] * (highest_turns(arrivals, rendering.clock) - mean)
+            whole = whole * (not values["about"])
             own = along * np.cos(2 * np.pi * mean) + across * np.sin(2 * np.pi * mean)
-            times = times * np.maximum(1 + whole * _wave(values, mean - values["phase"]) + own, 0)
+            times = times * np.maximum(1 + whole * wave(values, mean - values["phase"]) + own, 0)
         if values["peaked"]:
             alone = largest_share(rendering.clock.pulse, rendering.clock.bin_width_s).mean()
             times = times * ((largest_part(arrivals) / alone) ** values["peaked"])[..., None]
         return replace(arrivals, light=arrivals.light * np.maximum(times, 0))
 
-
-def _wave(values: Values, turns: np.ndarray, per_bin: float = np.inf) -> np.ndarray:
-    """Cosine of a phase in turns, and its harmonics; as steep as it must be for its chords between knots to be it."""
-    total = np.cos(2 * np.pi * turns) / np.sinc(1 / per_bin) ** 2
-    for order in (2, 3):
-        phase, steeper = 2 * np.pi * order * turns, np.sinc(order / per_bin) ** -2
-        total = total + steeper * (values[f"cos_{order}"] * np.cos(phase) + values[f"sin_{order}"] * np.sin(phase))
-    return total
+    def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
+        """Signal times what the phase of its centroid makes of it."""
+        if not values["about"]:
+            return rendering.expected
+        signal = rendering.expected - np.minimum(rendering.background, rendering.expected)
+        turns = centroid(signal, values["about"]) - values["phase"]
+        return rendering.expected + np.atleast_1d(values["whole"])[:, None] * wave(values, turns) * signal
 
 
 effect = BinPhase()

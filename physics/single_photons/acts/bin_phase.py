@@ -36,7 +36,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     turn = (world.time_zero_s[photons.zone] + way_m(photons, world) / speed_of_light) / world.bin_width_s
     wave = np.where(pixel, _shape(values, turn), 0)
     kept = rng.random(len(photons)) * (1 + np.max(values["depth"]) * _highest(values)) < 1 + depth * wave
-    mean = _mean_turns(world, values["highest"])
+    mean = _mean_turns(world, values["highest"]) if not values["about"] else _centroids(world, values["about"])
     own = (_by_zone_alone(values) * np.exp(2j * np.pi * mean)).real[photons.zone]
     swell = np.where(pixel, whole * _shape(values, mean)[photons.zone] + own, 0)
     kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + swell
@@ -77,16 +77,34 @@ def _fullest(world: World, power: float) -> np.ndarray:
     """(P,) what part of each zone's pulse is in its fullest bin, over the mean of a pulse alone, to a power."""
     if not power:
         return np.ones(world.zones)
-    (pieces, part), (_, alone) = _pieces(world), _fullest_by_place(world)
+    _, alone = _fullest_by_place(world)
+    found = [bins.max() / bins.sum() if bins.any() else alone.mean() for bins in _histograms(world)]
+    return (np.array(found) / alone.mean()) ** power
+
+
+def _centroids(world: World, about: float) -> np.ndarray:
+    """(P,) bins from the start of the first to the middle of each zone's histogram about its fullest bin.
+
+    A bin in which `about` ends counts in part.
+    """
     found = []
-    for turns, share in zip(*_returns(world), strict=True):
-        bins = np.zeros(world.bins)
+    for bins in _histograms(world):
+        away = np.abs(np.arange(world.bins) - np.argmax(bins))
+        near = bins * np.interp(away - about, [0, 1], [1, 0])
+        found.append(float(np.average(np.arange(world.bins) + 0.5, weights=near)) if near.any() else 0.0)
+    return np.array(found)
+
+
+def _histograms(world: World) -> np.ndarray:
+    """(P, T) what surfaces send each zone, by bin, of a pulse that is drawn as many narrow pieces."""
+    pieces, part = _pieces(world)
+    found = np.zeros((world.zones, world.bins))
+    for bins, turns, share in zip(found, *_returns(world), strict=True):
         for turn, sent in zip(turns[share > 0], share[share > 0], strict=True):
             at = np.floor(turn + pieces / world.bin_width_s).astype(int)
             within = (at >= 0) & (at < world.bins)
             bins += sent * np.bincount(at[within], part[within], world.bins)
-        found.append(bins.max() / bins.sum() if bins.any() else alone.mean())
-    return (np.array(found) / alone.mean()) ** power
+    return found
 
 
 def _shape(values: Values, turn: np.ndarray) -> np.ndarray:

@@ -193,3 +193,18 @@ def test_maps_that_were_read_off_the_largest_bin_hold_rings(small):
         divided = small.footprints.weights[p, v, u] * (shares.mean() / there) ** 1.5
         assert found[p, v, u] == pytest.approx(divided, rel=1e-5)
     assert effect.footprints(effect.at(ringed=1.0).values, rendering) is small.footprints
+
+
+@pytest.mark.parametrize("about", [1.0, 3.0])
+def test_a_whole_pulse_may_go_by_the_centroid_about_its_highest_bin(small, about):
+    """Of what is beyond the background, which stays; all of the signal by one factor, each bin weighted by hand."""
+    model = ForwardModel(small.light, small.footprints, small.clock, np.array([3.0, 5, 0, 9]))
+    plain, dark = model.expected(1e3), np.array([3.0, 5, 0, 9])[:, None]
+    found = model.expected(1e3, [effect.at(whole=0.3, phase=0.2, about=about)])
+    for frame, zone in np.ndindex(plain.shape[:2]):
+        signal = plain[frame, zone] - dark[zone]
+        top = int(np.argmax(signal))
+        bins = np.arange(max(top - int(about), 0), min(top + int(about) + 1, len(signal)))
+        turns = np.average(bins + 0.5, weights=signal[bins]) - 0.2
+        wanted = dark[zone] + signal * (1 + 0.3 * np.cos(2 * np.pi * turns))
+        np.testing.assert_allclose(found[frame, zone], wanted, rtol=1e-9)

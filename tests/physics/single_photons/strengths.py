@@ -44,6 +44,7 @@ STRENGTHS = {
         {"whole": 0.4},
         {"ringed": 2.0, "taken_at": 0.7},
         {"peaked": 1.5},
+        {"whole": 0.4, "phase": 0.3, "about": 2.0},
         {"depth": 0.3, "whole": 1, "phase": 0.6},
         {"depth": 0.4, "phase": 0.2, "cos_2": 0.5, "sin_3": -0.6},
         {"whole": 0.4, "phase": 0.7, "sin_2": 0.7, "cos_3": 0.4},
