@@ -31,7 +31,7 @@ class BinPhase(Effect):
     Where that step looks at the pulse of a zone and frame as a whole, all of its light counts
     1 + whole · cos(2π(t̄/bin_width − phase)) times, t̄ the mean nominal arrival of light that the window can see; or,
     where it looks at the highest pulse alone, of what of that light is in it (`highest` 1). Firmware takes the centroid
-    of the signal in the highest bin and `about` bins to either side of it for t̄.
+    of the signal in the highest bin and `about` bins to either side of it for t̄; below one bin it does so in part.
 
     A peak of bins or a sawtooth has higher harmonics: with `cos_2` ... `sin_3` of cosine and sine at twice and three
     times the phase on top of each cosine above.
@@ -173,7 +173,7 @@ class BinPhase(Effect):
             mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
             if values["highest"]:
                 mean = mean + values["highest"] * (highest_turns(arrivals, rendering.clock) - mean)
-            whole = whole * (not values["about"])
+            whole = whole * (1 - min(values["about"], 1))
             own = along * np.cos(2 * np.pi * mean) + across * np.sin(2 * np.pi * mean)
             times = times * np.maximum(1 + whole * wave(values, mean - values["phase"]) + own, 0)
         if values["peaked"]:
@@ -183,11 +183,12 @@ class BinPhase(Effect):
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Signal times what the phase of its centroid makes of it."""
-        if not values["about"]:
+        share = min(values["about"], 1)
+        if not share:
             return rendering.expected
         signal = rendering.expected - np.minimum(rendering.background, rendering.expected)
         turns = centroid(signal, values["about"]) - values["phase"]
-        return rendering.expected + np.atleast_1d(values["whole"])[:, None] * wave(values, turns) * signal
+        return rendering.expected + share * np.atleast_1d(values["whole"])[:, None] * wave(values, turns) * signal
 
 
 effect = BinPhase()

@@ -21,6 +21,8 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     if values["ringed"]:
         world = _without_rings(world, values["ringed"], values["taken_at"] or calibration_depth(world))
     most = (1 + np.max(values["depth"]) * _highest(values)) * _most_of_whole(values)
+    if 0 < values["about"] < 1:  # Then they are drawn twice.
+        most *= _most_of_whole(values)
     most *= max(float(_fullest(world, values["peaked"]).max()), 1.0)
     return replace(world, gain=world.gain * most, boost=world.boost * most)
 
@@ -36,10 +38,15 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     turn = (world.time_zero_s[photons.zone] + way_m(photons, world) / speed_of_light) / world.bin_width_s
     wave = np.where(pixel, _shape(values, turn), 0)
     kept = rng.random(len(photons)) * (1 + np.max(values["depth"]) * _highest(values)) < 1 + depth * wave
-    mean = _mean_turns(world, values["highest"]) if not values["about"] else _centroids(world, values["about"])
-    own = (_by_zone_alone(values) * np.exp(2j * np.pi * mean)).real[photons.zone]
-    swell = np.where(pixel, whole * _shape(values, mean)[photons.zone] + own, 0)
-    kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + swell
+    own, beside = _by_zone_alone(values), min(values["about"], 1)
+    if beside < 1:
+        mean = _mean_turns(world, values["highest"])
+        swell = (1 - beside) * whole * _shape(values, mean)[photons.zone]
+        swell = swell + (own * np.exp(2j * np.pi * mean)).real[photons.zone]
+        kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + np.where(pixel, swell, 0)
+    if beside:
+        swell = beside * whole * _shape(values, _centroids(world, values["about"]))[photons.zone]
+        kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + np.where(pixel, swell, 0)
     peaked = _fullest(world, values["peaked"])
     kept &= rng.random(len(photons)) * max(float(peaked.max()), 1.0) < np.where(pixel, peaked[photons.zone], 1)
     return photons.only(kept)

@@ -208,3 +208,13 @@ def test_a_whole_pulse_may_go_by_the_centroid_about_its_highest_bin(small, about
         turns = np.average(bins + 0.5, weights=signal[bins]) - 0.2
         wanted = dark[zone] + signal * (1 + 0.3 * np.cos(2 * np.pi * turns))
         np.testing.assert_allclose(found[frame, zone], wanted, rtol=1e-9)
+
+
+def test_less_than_a_bin_beside_the_highest_tells_in_part(small):
+    """One smooth way from the mean of all light, at 0, to the centroid of the highest bin, at 1."""
+    model = ForwardModel(small.light, small.footprints, small.clock, np.zeros(4))
+    all_of_it, barely, half = (
+        model.expected(1e3, [effect.at(whole=0.3, phase=0.2, about=about)]) for about in (0.0, 1e-9, 0.5)
+    )
+    np.testing.assert_allclose(barely, all_of_it, rtol=1e-6)
+    assert np.abs(half - all_of_it).max() > 1

@@ -45,6 +45,7 @@ STRENGTHS = {
         {"ringed": 2.0, "taken_at": 0.7},
         {"peaked": 1.5},
         {"whole": 0.4, "phase": 0.3, "about": 2.0},
+        {"whole": 0.4, "phase": 0.3, "about": 0.5},
         {"depth": 0.3, "whole": 1, "phase": 0.6},
         {"depth": 0.4, "phase": 0.2, "cos_2": 0.5, "sin_3": -0.6},
         {"whole": 0.4, "phase": 0.7, "sin_2": 0.7, "cos_3": 0.4},
