@@ -18,8 +18,8 @@ from physics.trail import Trail
 BENT, NOISY = 0.2, 6.0
 # Pieces of fewer pixels than this part of the image are no surfaces of their own.
 SMALL = 0.004
-# Relative difference of ranges within which pieces lie on one plane.
-COPLANAR = 0.01
+# Relative difference of ranges within which pieces lie on one plane, and from which on one thing hides another.
+COPLANAR, BEHIND = 0.01, 0.1
 # Neighbours of a pixel: by how many rows and columns it is after them.
 SIDES = ((0, 1), (0, -1), (1, 0), (-1, 0))
 
@@ -79,19 +79,24 @@ def _in_frame(inverse: np.ndarray, rays: np.ndarray, focal_px: tuple[float, floa
     found, count = label(known & (bend < max(BENT, NOISY * float(np.median(bend)))))
     sizes = np.bincount(found.ravel(), minlength=count + 1)
     kept = np.flatnonzero(sizes[1:] >= SMALL * inverse.size) + 1
-    found = _joined(np.where(np.isin(found, kept), found, 0), kept, inverse, rays)
-    return _grown(found, inverse)
+    found = _grown(_joined(np.where(np.isin(found, kept), found, 0), kept, inverse, rays), inverse)
+    # What stands apart from every piece is a thing of its own, however it bends, if it is not too small for one.
+    apart, count = label(known & (found == 0))
+    large = np.flatnonzero(np.bincount(apart.ravel(), minlength=count + 1)[1:] >= SMALL * inverse.size) + 1
+    number = np.zeros(count + 1, np.int32)
+    number[large] = int(found.max()) + np.arange(1, len(large) + 1)
+    return np.where(found > 0, found, number[apart])
 
 
 def _grown(found: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """Pieces (H, W) with what bends: each pixel goes with the neighbour that lies on a plane with it."""
+    """Pieces (H, W) with what bends: each pixel goes with the neighbour that lies on a plane with it, if one does."""
     framed, middle = np.pad(inverse, 2, constant_values=np.nan), (slice(2, -2), slice(2, -2))
     beside, beyond = (
         np.stack([np.roll(framed, (many * down, many * right), (0, 1))[middle] for down, right in SIDES])
         for many in (1, 2)
     )
     off = np.abs(inverse - np.where(np.isfinite(beyond), 2 * beside - beyond, beside))
-    off = np.where(np.isfinite(off), off, np.inf)
+    off = np.where(off < BEHIND * inverse, off, np.inf)
     while True:
         # A neighbour that is in no piece yet may be in one soon; where all wait for each other, the pieces decide.
         for patient in (True, False):

@@ -7,8 +7,8 @@ from physics.rendering import Rendering
 from physics.shares_amiss import evidence_of_shares
 from physics.told_apart import GEOMETRY, WHICH
 
-# Deviance that the factor of a surface must explain to be looked at: of thirty, noise makes a tenth of that.
-EVIDENCE = 25.0
+# Deviance that the factor of a surface must explain to be looked at: noise alone makes that of one in 2000.
+EVIDENCE = 12.0
 
 
 def surfaces_amiss(

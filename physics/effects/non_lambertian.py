@@ -7,10 +7,11 @@ import numpy as np
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light
 from physics.rendering import Rendering
+from physics.surfaces_amiss import surfaces_amiss
 from physics.told_apart import WHICH, numbers, surfaces_alone
 
-# Surfaces that a fit tries alone.
-ALONE = 4
+# Surfaces that a fit tries alone, the largest, and smaller ones that are amiss.
+ALONE, SUGGESTED = 4, 2
 # Exponent of the widest lobe of one surface.
 WIDEST = 2.0
 # Parts of surfaces that have lobes of their own at once, the largest.
@@ -168,9 +169,11 @@ class NonLambertian(Effect):
         return broad or (varnished and (values["lobe"] < 0 or values["exponent"] < WIDEST))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Each of the largest surfaces alone."""
+        """Each of the largest surfaces alone, and smaller ones that are amiss."""
         exponents = self.parameter("gloss_exponent").tries
-        return [{"gloss_exponent": n} | which for which in surfaces_alone(rendering.light, ALONE) for n in exponents]
+        smaller = surfaces_amiss(excess, expected, rendering, ALONE, SUGGESTED)
+        which = [*surfaces_alone(rendering.light, ALONE), *smaller]
+        return [{"gloss_exponent": n} | one for one in which for n in exponents]
 
 
 def _by_surface(values: Values) -> bool:
