@@ -81,6 +81,23 @@ def test_noise_of_a_depth_camera_leaves_what_stands_before_a_wall_apart():
     alike(segments(noisy[None], INTRINSICS)[0], truth, 0.9)
 
 
+def test_a_ball_too_small_to_have_a_flat_middle_is_neither_wall_nor_floor():
+    """Every pixel of it is next to its rim; it stands well before the wall and on the floor."""
+    walls = (np.array([0, 0, 1.0]), 2.0), (np.array([0, 1.0, 0]), 0.6)
+    frames = [cast(*walls, ball=(np.array([x, 0.3, 1.0]), 0.08)) for x in np.linspace(-0.3, 0.3, 9)]
+    ranges, truth = np.stack([f[0] for f in frames]), np.stack([f[1] for f in frames])
+    assert (truth == 2).sum() < 40 * len(frames)
+    assert alike(segments(ranges, INTRINSICS), truth, 0.9) == [1, 2, 3]
+
+
+def test_what_is_too_small_for_a_thing_and_stands_apart_is_none():
+    ranges, _ = cast((np.array([0, 0, 1.0]), 2.0))
+    ranges[20, 30:32] = 1.2
+    found = segments(ranges[None], INTRINSICS)[0]
+    assert np.argwhere(found != 1).tolist() == [[20, 30], [20, 31]]
+    assert not found[20, 30:32].any()
+
+
 def test_unknown_depth_is_no_surface():
     ranges, _ = cast((np.array([0, 0, 1.0]), 2.0))
     ranges[10:20, 5:9] = np.nan

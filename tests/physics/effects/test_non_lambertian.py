@@ -11,6 +11,7 @@ from scipy.stats import multivariate_t
 from physics.effects.non_lambertian import effect
 from physics.light import direct_light
 from physics.nominal import ForwardModel
+from physics.rendering import Rendering
 
 INTRINSICS = np.array([[30.0, 0, 15.5], [0, 30.0, 11.5], [0, 0, 1]])
 
@@ -150,3 +151,26 @@ def test_what_faces_away_or_is_unknown_stays_dark_and_nothing_dims(cosine, lobe,
 )
 def test_varnish_that_dims_or_is_matt_is_rather_reflectance(lobe, exponent, pigment, strained):
     assert effect.strained(effect.at(lobe=lobe, exponent=exponent, pigment=pigment).values, None) == strained
+
+
+def test_a_small_surface_that_counts_suggest_is_tried_alone():
+    """Six boards before a wall; the smallest shines, and is among the few that are tried beside the largest."""
+    where = np.zeros((24, 44), int)
+    for k in range(1, 7):
+        where[2 : 21 - 2 * k, 6 * k : 6 * k + 4] = k
+    depth = np.stack([np.where(where > 0, 1.0 + 0.03 * where, 2.0) - 0.05 * i for i in range(6)])
+    light = direct_light(depth, np.array([[40.0, 0, 21.5], [0, 40.0, 11.5], [0, 0, 1]]))
+    weights = np.random.default_rng(3).uniform(0, 1, (4, *where.shape))
+    sent = light.returns[0].strength.astype(float)
+    expected, counts = (
+        3e3 * np.einsum("fvu,pvu->fp", sent * times, weights)[..., None]
+        for times in (1.0, np.where(where == 6, 1.5, 1.0))
+    )
+    rendering = Rendering(light, SimpleNamespace(weights=weights), None, 1.0, background=0.0)
+    tried = effect.starts(counts - expected, expected, rendering)
+    small = {one["surface"] for one in tried if one["surface"] > 4}
+    assert float(light.surfaces[0][where == 6][0]) in small
+    assert len(small) <= 2
+    assert {one["gloss_exponent"] for one in tried if one["surface"] in small} == set(
+        effect.parameter("gloss_exponent").tries
+    )
