@@ -30,8 +30,9 @@ class BinPhase(Effect):
 
     Where that step looks at the pulse of a zone and frame as a whole, all of its light counts
     1 + whole · cos(2π(t̄/bin_width − phase)) times, t̄ the mean nominal arrival of light that the window can see; or,
-    where it looks at the highest pulse alone, of what of that light is in it (`highest` 1). Firmware takes the centroid
-    of the signal in the highest bin and `about` bins to either side of it for t̄; below one bin it does so in part.
+    where it looks at the highest pulse alone, of what of that light is in it (`highest` 1), or in the part `within` of
+    it about its peak. Firmware takes the centroid of the signal in the highest bin and `about` bins to either side of
+    it for t̄; below one bin it does so in part.
 
     A peak of bins or a sawtooth has higher harmonics: with `cos_2` ... `sin_3` of cosine and sine at twice and three
     times the phase on top of each cosine above.
@@ -62,13 +63,14 @@ class BinPhase(Effect):
         ("depth", "phase"),
         ("whole", "phase"),
         ("whole", "phase", "highest"),
+        ("whole", "phase", "highest", "within"),
         ("whole", "phase", "about"),
         ("along", "across"),
         ("ringed",),
         ("peaked",),
         ("depth", "phase", *HIGHER),
         ("whole", "phase", *HIGHER),
-        ("whole", "phase", "highest", *HIGHER),
+        ("whole", "phase", "highest", "within", *HIGHER),
         ("whole", "phase", "about", *HIGHER),
     )
     richer = forms[-4:]
@@ -107,6 +109,7 @@ class BinPhase(Effect):
         Parameter(
             "highest", "1", 0.0, 1.0, 0.0, "1 where the highest pulse alone tells, 0 where all do.", tries=(1.0,)
         ),
+        Parameter("within", "1", 0.05, 1.0, 1.0, "Part of that pulse about its peak that tells.", tries=(0.25,)),
         Parameter("about", "bins", 0.0, 20.0, 0.0, "Bins beside the highest that tell; 0 where all do.", tries=(3.0,)),
         Parameter(
             "along", "1", -1.0, 1.0, 0.05, "By what part a pulse at either edge of a bin counts more.", 0.0, axis="zone"
@@ -172,7 +175,7 @@ class BinPhase(Effect):
             # Light given to two knots in proportion keeps its mean time.
             mean = (arrivals.light @ turns)[..., None] / np.where(received > 0, received, 1)
             if values["highest"]:
-                mean = mean + values["highest"] * (highest_turns(arrivals, rendering.clock) - mean)
+                mean = mean + values["highest"] * (highest_turns(arrivals, rendering.clock, values["within"]) - mean)
             whole = whole * (1 - min(values["about"], 1))
             own = along * np.cos(2 * np.pi * mean) + across * np.sin(2 * np.pi * mean)
             times = times * np.maximum(1 + whole * wave(values, mean - values["phase"]) + own, 0)

@@ -40,7 +40,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     kept = rng.random(len(photons)) * (1 + np.max(values["depth"]) * _highest(values)) < 1 + depth * wave
     own, beside = _by_zone_alone(values), min(values["about"], 1)
     if beside < 1:
-        mean = _mean_turns(world, values["highest"])
+        mean = _mean_turns(world, values["highest"], values["within"])
         swell = (1 - beside) * whole * _shape(values, mean)[photons.zone]
         swell = swell + (own * np.exp(2j * np.pi * mean)).real[photons.zone]
         kept &= rng.random(len(photons)) * _most_of_whole(values) < 1 + np.where(pixel, swell, 0)
@@ -145,18 +145,33 @@ def _returns(world: World) -> tuple[np.ndarray, np.ndarray]:
     return (world.time_zero_s[:, None] + way) / world.bin_width_s, share
 
 
-def _mean_turns(world: World, highest: float) -> np.ndarray:
+def _mean_turns(world: World, highest: float, within: float) -> np.ndarray:
     """(P,) bins from the start of the first to where the middle of a zone's light arrives, or of its highest pulse."""
-    return np.array([_middle(*zone, world, highest) for zone in zip(*_returns(world), strict=True)])
+    return np.array([_middle(*zone, world, highest, within) for zone in zip(*_returns(world), strict=True)])
 
 
-def _middle(turns: np.ndarray, share: np.ndarray, world: World, highest: float) -> float:
-    """Mean of a zone's light; or of that within three deviations of a pulse about where most is registered."""
+def _middle(turns: np.ndarray, share: np.ndarray, world: World, highest: float, within: float) -> float:
+    """Mean of a zone's light; or of that within a part of three deviations of a pulse about where most is registered.
+
+    A pulse is registered most when its own peak comes, not its mean.
+    """
     every = float(np.average(turns, weights=share)) if share.any() else 0.0
     if not highest:
         return every
     steps = world.pulse_time_s / world.bin_width_s
-    late = float(np.average(steps, weights=world.pulse))
+    middle = float(np.average(steps, weights=world.pulse))
+    peak = _most_registered(turns, share, world) - _most_registered(np.zeros(1), np.ones(1), world)
+    near = within * max(3 * np.sqrt(np.average((steps - middle) ** 2, weights=world.pulse)), 1.0)
+    # The logistic function: half of it counts at the end, a rim of a twentieth on, or of an eighth of a bin.
+    beyond = (np.abs(turns - peak) - near) / max(near / 20, 1 / 8)
+    told = share / (1 + np.exp(np.clip(beyond, -60, 60)))
+    there = float(np.average(turns, weights=told)) if told.any() else peak
+    return every + highest * (there - every)
+
+
+def _most_registered(turns: np.ndarray, share: np.ndarray, world: World) -> float:
+    """Bins from the start of the first to where most is registered of light that arrives at (N,) turns."""
+    steps = world.pulse_time_s / world.bin_width_s
     edges = np.append(steps, 2 * steps[-1] - steps[-2]) - (steps[1] - steps[0]) / 2
     until = np.append(0, np.cumsum(world.pulse))
 
@@ -170,9 +185,4 @@ def _middle(turns: np.ndarray, share: np.ndarray, world: World, highest: float) 
 
     times = np.arange(turns.min() + steps[0], turns.max() + steps[-1], BESIDE)
     about = times[np.argmax(registered(times))] + np.linspace(-2 * BESIDE, 2 * BESIDE, 401)
-    peak = about[np.argmax(registered(about))] - late
-    near = max(3 * np.sqrt(np.average((steps - late) ** 2, weights=world.pulse)), 1.0)
-    # The logistic function: half of it counts at the end, a rim of a twentieth on.
-    within = 1 / (1 + np.exp(np.clip(20 * (np.abs(turns - peak) / near - 1), -60, 60)))
-    there = float(np.average(turns, weights=share * within)) if (share * within).any() else peak
-    return every + highest * (there - every)
+    return float(about[np.argmax(registered(about))])
