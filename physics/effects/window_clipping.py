@@ -6,11 +6,13 @@ from scipy.special import expit
 from physics.about_highest import inside, told_window
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+from physics.window_edges import emptied, share_lost, summed_window
 
 # A choice: of what lies outside a window most is lost. With less it would stand for whatever dims the far or the near.
 LEAST_LOST = 0.3
-# Deviance from which an edge is one zone's own.
-SHOWN = 10.0
+# What no division may meet, and bins that an edge takes which takes next to none.
+NOTHING, SLIGHT = 1e-12, 0.5
+EDGES = ("early", "late")
 
 
 class WindowClipping(Effect):
@@ -21,6 +23,9 @@ class WindowClipping(Effect):
     `rounded` of it goes by the logistic curve that is as steep where it falls to half, in the same place (an error
     function is within 1 % of one). Of what is not kept the share `lost` is lost, and of the background, which may be
     set aside before and put back, the share lost · background. Each zone may have a window of its own.
+
+    A step that takes for the response of a zone what falls in such a window, scales all of its signal alike by the part
+    that does (`summed` 1).
 
     A later step that looks for one pulse keeps what is `before` to `after` bins from the highest of each histogram, and
     of all else loses the share `aside`.
@@ -45,8 +50,9 @@ class WindowClipping(Effect):
         ("early", "softness", "rounded", "lost", "background"),
         ("late", "softness", "rounded", "lost", "background"),
         ("aside", "before", "after", "background"),
+        ("early", "late", "softness", "summed"),
     )
-    richer = forms[-3:-1]
+    richer = forms[-4:-2]
     parameters = (
         Parameter(
             "early",
@@ -104,6 +110,7 @@ class WindowClipping(Effect):
             vanishes_at=0.0,
             sentence="Share of the counts that is lost outside a window about the highest bin of each histogram.",
         ),
+        Parameter("summed", "1", 0.0, 1.0, 0.0, "1 where all signal goes by the part in the window.", tries=(1.0,)),
         *(
             Parameter(side, "bins", 0.0, 65536.0, start, f"How far that window reaches {side} the highest bin.")
             for side, start in (("before", 2.0), ("after", 4.0))
@@ -130,13 +137,19 @@ class WindowClipping(Effect):
             missed = np.minimum(missed + values["aside"] * (1 - about), 1)
         # Of what an effect before this one has taken away there cannot be more than there is.
         background = np.minimum(rendering.background, rendering.expected)
-        return rendering.expected * (1 - missed) + background * (missed * (1 - values["background"]))
+        cut = rendering.expected * (1 - missed) + background * (missed * (1 - values["background"]))
+        if not values["summed"]:
+            return cut
+        signal = rendering.expected - background
+        whole = np.maximum(signal.sum(axis=-1, keepdims=True), NOTHING)
+        scaled = background + signal * (1 - (signal * missed).sum(axis=-1, keepdims=True) / whole)
+        return cut + values["summed"] * (scaled - cut)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The edges beyond which one share of what is expected is lost most clearly, sharp and soft.
 
         And those beyond which all of it is, of each zone, and of all at the end where that is clearer. And how far from
-        the highest bin counts are lost.
+        the highest bin counts are lost; and between which the part of a pulse says best how bright it is.
         """
         found, about = [], []
         for background in (1.0, 0.0):
@@ -145,21 +158,28 @@ class WindowClipping(Effect):
             weighted = cut / np.maximum(expected, 1)
             lacking, there = -(excess * weighted).sum(axis=0), (cut * weighted).sum(axis=0)
             alike = lacking.sum(axis=0), there.sum(axis=0)
-            (early, *how_early), (late, *how_late) = _edge(*alike), _edge(*(one[::-1] for one in alike))
+            (early, *how_early), (late, *how_late) = (
+                share_lost(*(one[::way] for one in alike), LEAST_LOST) for way in (1, -1)
+            )
             # The clearer of the two says which share is lost.
             _, lost = max(how_early, how_late)
-            own = _emptied(lacking, there), _emptied(lacking[:, ::-1], there[:, ::-1])
+            own = emptied(lacking, there), emptied(lacking[:, ::-1], there[:, ::-1])
             clearer = {"early": early} if how_early > how_late else {"late": late}
             for softness in self.parameter("softness").tries:
                 # The edge was taken where half of it is over.
                 for edges, share in (((early, late), lost), (own, 1.0)):
-                    ends = {name: at + (softness - 1) / 2 for name, at in zip(("early", "late"), edges, strict=True)}
+                    ends = {name: at + (softness - 1) / 2 for name, at in zip(EDGES, edges, strict=True)}
                     found.append(ends | {"softness": softness, "lost": share, "background": background})
                 alone = {name: at + (softness - 1) / 2 for name, at in clearer.items()}
                 found.append(alone | {"softness": softness, "lost": 1.0, "background": background})
             before, after, aside = told_window(excess, expected, cut)
             if aside > 0:
                 about.append({"aside": aside, "before": before, "after": after, "background": background})
+        between = summed_window(excess, expected, rendering.background)
+        for softness in self.parameter("softness").tries if between else ():
+            # Where no edge is there is one to be moved none the less.
+            ends = {e: max(at, SLIGHT) + (softness - 1) / 2 for e, at in zip(EDGES, between, strict=True)}
+            about.append(ends | {"summed": 1.0, "softness": softness})
         return found + about
 
 
@@ -169,19 +189,6 @@ def _closed(values: Values, edge: np.ndarray, bins: np.ndarray) -> np.ndarray:
     # A slope of 1 in its middle, as the ramp; where there is no edge nothing closes.
     logistic = np.where(edge > 0, expit(4 * (beyond - 0.5)), 0)
     return (1 - values["rounded"]) * np.clip(beyond, 0, 1) + values["rounded"] * logistic
-
-
-def _edge(lacking: np.ndarray, there: np.ndarray) -> tuple[float, float, float]:
-    """How many of the first of T bins lack one share of what should be there most clearly, how clearly, which share."""
-    lacks, has = np.maximum(np.cumsum(lacking), 0), np.maximum(np.cumsum(there), 1e-9)
-    edge = int(np.argmax(lacks**2 / has))
-    return edge + 1.0, float(lacks[edge] ** 2 / has[edge]), float(np.clip(lacks[edge] / has[edge], LEAST_LOST, 1))
-
-
-def _emptied(lacking: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """(P,) how many of the first of (P, T) bins lack all that should be there, by least squares; one at least."""
-    gains = np.cumsum(2 * lacking - there, axis=-1)
-    return np.where(gains.max(axis=-1) > SHOWN, np.argmax(gains, axis=-1) + 1.0, 1.0)
 
 
 effect = WindowClipping()

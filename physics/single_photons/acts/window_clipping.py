@@ -11,18 +11,26 @@ def detected(photons: Photons, world: World, values: Values, rng: np.random.Gene
     """Where the background is to stay, photons are thrown away one by one.
 
     Those from no pixel are taken for background then; where it does not stay they are told by nothing, see `counted`.
+    Where the window is summed all others of a zone are kept as often as one of them is in it.
     """
-    if values["background"] == 1:
+    if values["background"] == 1 and not values["summed"]:
         return photons
     place = np.clip(photons.time_s / world.bin_width_s, 0, world.bins - 1).astype(int)
-    thrown = 1 - _kept(world, values, counts_of(photons, world))[photons.zone, place]
-    spared = np.where(photons.pixel == NO_PIXEL, values["background"], 1)
-    return photons.only((rng.random(len(photons)) >= thrown * spared) & in_window(photons, world))
+    kept = _kept(world, values, counts_of(photons, world))[photons.zone, place]
+    none, here = photons.pixel == NO_PIXEL, in_window(photons, world)
+    chance = np.where(none, 1 - values["background"] * (1 - kept), kept)
+    if values["summed"]:
+        seen = here & ~none
+        inside = np.bincount(photons.zone[seen], kept[seen], world.zones)
+        share = inside / np.maximum(np.bincount(photons.zone[seen], minlength=world.zones), 1)
+        chance += values["summed"] * (np.where(none, 1, share[photons.zone]) - chance)
+    return photons.only((rng.random(len(photons)) < chance) & here)
 
 
 def counted(counts: np.ndarray, world: World, values: Values, rng: np.random.Generator) -> np.ndarray:
     """A count stands for a photon somewhere in its bin, and is kept where that is in the window."""
-    return rng.binomial(counts, _kept(world, values, counts)) if values["background"] == 1 else counts
+    by_count = values["background"] == 1 and not values["summed"]
+    return rng.binomial(counts, _kept(world, values, counts)) if by_count else counts
 
 
 def _kept(world: World, values: Values, counts: np.ndarray) -> np.ndarray:

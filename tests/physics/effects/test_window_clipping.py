@@ -164,6 +164,37 @@ def test_it_suggests_the_window_about_the_highest_bin(before, after, aside):
     counts = 20 + 3000 * np.diff(norm(at, 3.0).cdf(np.arange(121)), axis=-1)
     found = rng.poisson(seen(counts, aside=aside, before=before, after=after))
     dimmer = counts * found.sum() / counts.sum()
-    start = effect.starts(found - dimmer, dimmer, SimpleNamespace(background=0.0))[-1]
+    starts = effect.starts(found - dimmer, dimmer, SimpleNamespace(background=0.0))
+    (start,) = (one for one in starts if one.get("aside") and one["background"] == 0)
     assert (start["before"], start["after"]) == (before, after)
     assert start["aside"] == pytest.approx(aside, abs=0.02)
+
+
+def test_where_it_is_summed_all_of_a_pulse_goes_by_its_part_inside():
+    """The background, which is no part of the response, stays; half way each bin is half cut and half scaled."""
+    signal = np.array([[1.0, 2, 10, 4, 3], [0, 0, 0, 6, 2]])
+    part = np.array([[(2 + 10 + 4) / 20], [6 / 8]])
+    found = seen(signal + 5, level=5.0, early=1, late=1, summed=1)
+    np.testing.assert_allclose(found, 5 + signal * part)
+    cut = seen(signal + 5, level=5.0, early=1, late=1)
+    np.testing.assert_allclose(seen(signal + 5, level=5.0, early=1, late=1, summed=0.5), (found + cut) / 2)
+    np.testing.assert_array_equal(seen(np.full((1, 4), 5.0), level=5.0, early=1, summed=1), np.full((1, 4), 5.0))
+
+
+@pytest.mark.parametrize(("early", "late"), [(40, 30), (52, 0), (0, 45)])
+def test_it_suggests_the_window_whose_part_of_a_pulse_scales_it(early, late):
+    rng = np.random.default_rng(6)
+    at = rng.uniform(25, 95, (60, 4, 1))
+    counts = 2 + 3000 * np.diff(norm(at, 9.0).cdf(np.arange(121)), axis=-1)
+    found = rng.poisson(0.8 * seen(counts, level=2.0, early=early, late=late, summed=1))
+    dimmer = counts * found.sum() / counts.sum()
+    starts = effect.starts(found - dimmer, dimmer, SimpleNamespace(background=2.0))
+    sharp = next(one for one in starts if one.get("summed"))
+    assert (sharp["early"], sharp["late"]) == pytest.approx((early, late), abs=3)
+
+
+def test_it_suggests_none_where_gains_are_one():
+    rng = np.random.default_rng(7)
+    counts = 300 * np.diff(norm(rng.uniform(25, 95, (60, 4, 1)), 9.0).cdf(np.arange(121)), axis=-1)
+    starts = effect.starts(rng.poisson(counts) - counts, counts, SimpleNamespace(background=0.0))
+    assert not any(one.get("summed") for one in starts)

@@ -287,6 +287,8 @@ STRENGTHS = {
         {"early": [16.3, 0, 18.1, 16], "late": 22.0, "softness": 4, "rounded": 0.8},
         {"aside": 0.6, "before": 1.3, "after": 2.6},
         {"aside": 0.4, "before": 0.8, "after": 3.0, "background": 0.3, "early": 12.5},
+        {"early": 16.3, "late": 22.0, "softness": 3, "summed": 1},
+        {"early": 16.3, "late": 22.0, "softness": 3, "background": 0.5, "summed": 0.6},
     ],
     "zone_gain": [
         {"factor": [0.7, 1.3, 1, 0]},
