@@ -1,6 +1,6 @@
 """When arrivals are registered: bins, time zeros, pulse; and the lattice on which they are added up without error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,8 @@ ROUNDING_STEPS = 1e-3
 # What of a response lies in tails beyond this is lost in rounding.
 NOTHING = 1e-15
 EARLY_BINS = 2
+# Knots to a bin where light is moved between them: a pulse becomes wider by 1/1000 of a squared bin at most.
+MOVED_PER_BIN = 16
 PARTS = 1 << 30
 
 
@@ -40,6 +42,10 @@ class Clock:
         # Light comes after time zero; what is delayed by less than nothing may come a little before.
         earliest = min(0.0, float(np.min(self.time_zero_s))) - EARLY_BINS * self.bin_width_s
         return Lattice.of(self.pulse, self.bin_width_s, self.bins, earliest, self.least_per_bin)
+
+    def finer(self, per_bin: int = MOVED_PER_BIN) -> "Clock":
+        """The same clock with so many knots of its lattice to a bin, or more."""
+        return self if self.least_per_bin >= per_bin else replace(self, least_per_bin=per_bin)
 
 
 @dataclass(frozen=True, eq=False)

@@ -158,7 +158,7 @@ class BinPhase(Effect):
         """The same clock, on a lattice fine enough to tell phases apart."""
         if not np.any(values["depth"]):
             return rendering.clock
-        return replace(rendering.clock, least_per_bin=max(rendering.clock.least_per_bin, LEAST_PER_BIN))
+        return rendering.clock.finer(LEAST_PER_BIN)
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light times what its phase makes of it."""

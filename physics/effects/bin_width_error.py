@@ -85,6 +85,9 @@ class BinWidthError(Effect):
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The clock with bins that wide."""
         clock, scale = rendering.clock, 1 + values["error"]
+        if values["warmup"] or np.any(values["apart"]):
+            # Light is moved on its lattice.
+            clock = clock.finer()
         if scale == 1:
             return clock
         zero = np.asarray(clock.time_zero_s) * (1 + values["error"] * (1 - values["zero_in_seconds"]))

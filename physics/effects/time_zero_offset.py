@@ -3,6 +3,7 @@
 import numpy as np
 
 from physics.arrivals import Arrivals
+from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
@@ -34,6 +35,10 @@ class TimeZeroOffset(Effect):
             sentence="How much later than assumed light is registered.",
         ),
     )
+
+    def clock(self, values: Values, rendering: Rendering) -> Clock:
+        """The same clock, on a lattice fine enough for light to be moved on it."""
+        return rendering.clock.finer() if np.any(values["delay"]) else rendering.clock
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """All light of each zone, delayed."""

@@ -57,6 +57,12 @@ def test_finer_knots_make_the_same_counts(small):
     np.testing.assert_allclose(counts[1], counts[0], atol=1e-9 * counts[0].max())
 
 
+def test_a_finer_clock_has_as_many_knots_as_asked_for_or_more(small):
+    assert small.clock.finer(64).lattice.per_bin == 64
+    assert small.clock.finer(64).finer(32).lattice.per_bin == 64
+    assert small.clock.finer(7).lattice.per_bin == small.clock.lattice.per_bin
+
+
 def test_a_response_of_nothing_is_refused():
     with pytest.raises(Refusal, match="no probability above 0"):
         _ = Clock(1e-9, 8, np.zeros(1), ImpulseResponse(np.array([0, 1e-10]), np.zeros(2))).lattice

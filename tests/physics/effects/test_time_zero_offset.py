@@ -12,7 +12,7 @@ from physics.arrivals import Arrivals
 from physics.clock import Clock
 from physics.effects.time_zero_offset import effect
 from physics.nominal import ForwardModel
-from physics.pulse import two_piece_pulse
+from physics.pulse import ImpulseResponse, two_piece_pulse
 
 
 def counts(small, delay):
@@ -34,6 +34,21 @@ def test_it_is_another_time_zero(small, delay):
     other = ForwardModel(small.light, small.footprints, clock).expected(1e3)
     np.testing.assert_allclose(counts(small, delay), other, atol=3e-3 * other.max())
     assert np.abs(counts(small, 0) - other).max() > 2e-2 * other.max()
+
+
+@pytest.mark.parametrize("delay", [3.3e-11, 6.5e-11])
+@pytest.mark.parametrize("per_bin", [1, 4])
+def test_a_response_in_coarse_steps_does_not_become_wider(small, delay, per_bin):
+    """Half of a step away, where light would be shared by two knots a whole step apart."""
+    step = small.clock.bin_width_s / per_bin
+    pulse = ImpulseResponse(step * (np.arange(6) - 2), np.array([0.05, 0.3, 0.35, 0.2, 0.08, 0.02]))
+    clock = replace(small.clock, pulse=pulse)
+    there = replace(clock, time_zero_s=clock.time_zero_s + delay)
+    found, wanted = (
+        ForwardModel(small.light, small.footprints, one).expected(1e3, settings)
+        for one, settings in ((clock, [effect.at(delay=delay)]), (there, []))
+    )
+    np.testing.assert_allclose(found, wanted, atol=3e-3 * wanted.max())
 
 
 @given(delay=st.floats(-1e-10, 1e-10))
