@@ -7,18 +7,17 @@ from scipy.constants import speed_of_light
 from scipy.special import expit
 
 from physics.arrivals import Arrivals
+from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light, Return
 from physics.marks import in_ball, place_parameters
 from physics.panes import likely_pane
 from physics.rendering import Rendering
 from physics.replicas import replicas
+from physics.spreading import spread_by
 from physics.surface_replicas import surface_replicas
 from physics.told_apart import WHICH, numbers
 
-# A sheet in front nearer to the sensor than this, or than half the range of what is behind it, fades as it comes
-# nearer: it would soon be all that is seen. Range, metres.
-NEAREST_M = 0.1
 # Ways to go with range that a fit begins at: by the inverse square, or not at all.
 FALLOFFS = (2.0, 0.0)
 # So many times as much must tell for part of the surfaces as for all that a fit begins there. What one zone passes more
@@ -126,10 +125,14 @@ class SecondSurface(Effect):
             part = np.minimum(part + values["pane"] * in_ball(values, "pane", light), 1)
         lost = part * direct.strength
         ranges = np.where(lost > 0, direct.range_m, 1)
-        strength = lost * values["reflectance"] * _spread(ranges, spacing, values["falloff"])
+        strength = lost * values["reflectance"] * spread_by(ranges, spacing, values["falloff"])
         second = Return(np.maximum(ranges + spacing, 0).astype(np.float32), strength.astype(np.float32))
         first = replace(direct, strength=(direct.strength - lost).astype(np.float32))
         return replace(light, returns=(first, *others, second))
+
+    def clock(self, values: Values, rendering: Rendering) -> Clock:
+        """The same clock, on a lattice fine enough for light to be moved on it."""
+        return rendering.clock.finer() if np.any(values["passed"]) or values["covered"] else rendering.clock
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Each zone's light in part once more, later and spread over a larger sphere, or earlier over a smaller one."""
@@ -143,7 +146,7 @@ class SecondSurface(Effect):
         if values["covered"]:
             passed = np.minimum(passed + values["covered"] * _within(values, ranges), 1)
         lost = passed * first.light
-        spread = replace(first, light=lost * (values["reflectance"] * _spread(ranges, spacing, values["falloff"])))
+        spread = replace(first, light=lost * (values["reflectance"] * spread_by(ranges, spacing, values["falloff"])))
         second = spread.delayed(2 * spacing / speed_of_light)
         return replace(first, light=first.light - lost + second.light)
 
@@ -186,15 +189,6 @@ def _within(values: Values, range_m: np.ndarray) -> np.ndarray:
     """How far surfaces at these ranges are among the covered, 0 to 1."""
     log = np.log(range_m)
     return expit((log - np.log(values["nearest"])) / EDGE) * expit((np.log(values["farthest"]) - log) / EDGE)
-
-
-def _spread(range_m: np.ndarray, spacing_m: float, falloff: float) -> np.ndarray:
-    """How many times as much light returns from a surface so much farther, or nearer where negative."""
-    there = range_m + spacing_m
-    if spacing_m >= 0:
-        return (range_m / there) ** falloff
-    nearest = np.minimum(NEAREST_M, range_m / 2)
-    return (range_m / np.maximum(there, nearest)) ** falloff * np.clip(there / nearest, 0, 1)
 
 
 effect = SecondSurface()

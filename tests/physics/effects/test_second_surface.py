@@ -10,11 +10,17 @@ from physics.effects.second_surface import effect
 from physics.footprint import footprints
 from physics.light import Return, direct_light
 from physics.nominal import ForwardModel
+from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
 
 
-def test_it_is_a_scene_of_two_returns(small):
+@pytest.mark.parametrize("coarse", [False, True])
+def test_it_is_a_scene_of_two_returns(small, coarse):
+    """Of a response in fine steps or in coarse ones, on which light would be shared by two a whole step apart."""
     passed, spacing = 0.3, 0.25
+    if coarse:
+        pulse = ImpulseResponse(small.clock.bin_width_s / 2 * np.arange(4), np.array([0.2, 0.5, 0.2, 0.1]))
+        small.clock = replace(small.clock, pulse=pulse)
     direct = small.light.returns[0]
     behind = direct.range_m + np.float32(spacing)
     second = passed * direct.strength * (direct.range_m / behind) ** 2

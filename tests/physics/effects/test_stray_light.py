@@ -7,6 +7,7 @@ import numpy as np
 from physics.effects.cover_glass_crosstalk import effect as crosstalk
 from physics.effects.stray_light import effect
 from physics.nominal import ForwardModel
+from physics.pulse import ImpulseResponse
 from tests.physics.conftest import slow_model
 
 
@@ -27,6 +28,16 @@ def test_a_blind_zone_sees_what_the_others_see_by_its_own_clock(small):
     model = model_at(small, [2e-9, 2e-9, 2e-9, 2e-9 + small.clock.bin_width_s], blind)
     found = model.expected(1e3, [effect.at(share=[0, 0, 0, 0.2])]) - 5
     np.testing.assert_allclose(found[:, 3, 1:], 0.2 * found[:, :3].sum(axis=1)[:, :-1], atol=1e-9)
+
+
+def test_a_response_in_coarse_steps_does_not_become_wider_from_clock_to_clock(small):
+    """What each zone gets is what all together register by its own clock."""
+    pulse = ImpulseResponse(small.clock.bin_width_s / 2 * np.arange(4), np.array([0.2, 0.5, 0.2, 0.1]))
+    small.clock, zeros = replace(small.clock, pulse=pulse), np.array([2.0, 2.033, 2.151, 1.97]) * 1e-9
+    model = model_at(small, zeros)
+    more = model.expected(1e3, [effect.at(share=0.1)]) - model.expected(1e3)
+    wanted = [0.1 * (model_at(small, [zero] * 4).expected(1e3) - 5).sum(axis=1) for zero in zeros]
+    np.testing.assert_allclose(more, np.stack(wanted, axis=1), atol=1e-2 * more.max())
 
 
 def test_what_mixes_after_it_was_timed_keeps_its_time(small):
