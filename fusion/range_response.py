@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from scipy.constants import speed_of_light
 
-from physics.effect import Setting
 from physics.footprint import Footprints
 from physics.light import Light, Return
 from physics.nominal import ForwardModel
 from physics.sensor import SensorModel
+from physics.setting import Setting
 from recordings.refusal import Refusal
 
 # A response that changes by more than this part of its largest value between faint and bright light is not linear.

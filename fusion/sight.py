@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 
 from fusion.mount import baseline
-from physics.effect import Setting, in_order
 from physics.footprint import Footprints, footprints
 from physics.geometry import pixel_rays
 from physics.rendering import Rendering
+from physics.setting import Setting, in_order
 from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
 

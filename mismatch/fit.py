@@ -16,7 +16,7 @@ from mismatch.pattern import Pattern, drawn, shrunk
 from mismatch.remembered import Slopes
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
-from physics.effect import Setting
+from physics.setting import Setting
 from recordings.refusal import Refusal
 
 # Steps in which others come to their best beside a coordinate that is held, of either kind.

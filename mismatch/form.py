@@ -10,8 +10,9 @@ import numpy as np
 
 from mismatch.coordinate import to_coordinate, to_value
 from physics.axes import sizes_along
-from physics.effect import Effect, Parameter, Setting
+from physics.effect import Effect, Parameter
 from physics.effects import all_effects
+from physics.setting import Setting
 
 # Of what each has a number of its own wherever it is in a form: of these there are many.
 DRAWN = ("bin", "edge", "zone bin", "zone edge", "patch")

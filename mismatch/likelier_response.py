@@ -13,8 +13,8 @@ from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 from physics.arrivals import Arrivals, arrivals
 from physics.clock import NOTHING, Clock
-from physics.effect import Setting, in_order
 from physics.pulse import ImpulseResponse
+from physics.setting import Setting, in_order
 
 # Bins before and after an estimated response in which there may be more of it; turns in which it is told how much, and
 # standard deviations from which on it is believed.

@@ -7,8 +7,8 @@ from mismatch.coordinate import slope_of
 from mismatch.form import Form, settings_at
 from mismatch.noise import Nuisances
 from mismatch.simulation import Simulation
-from physics.effect import Setting
 from physics.owning import Look
+from physics.setting import Setting
 
 
 def flattery(simulation: Simulation, gain: float, settings: tuple[Setting, ...]) -> float:

@@ -11,11 +11,11 @@ import numpy as np
 from mismatch.remembered import Remembered
 from mismatch.work import Work
 from physics.clock import Clock
-from physics.effect import Setting, in_order
 from physics.footprint import Footprints
 from physics.light import Light
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
+from physics.setting import Setting, in_order
 from physics.workers import in_parallel
 
 Item = TypeVar("Item")

@@ -1,7 +1,7 @@
 """What an effect is: a named departure from the nominal model, its parameters, and the step it changes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -10,15 +10,10 @@ import numpy as np
 from physics.owning import Look, Unseen
 from physics.parameter import Parameter
 from physics.rendering import NOUNS, Rendering
+from physics.setting import SINCE, Setting
 from recordings.refusal import Refusal
 
-# Effects compose in this order, whatever the order in which they are named.
-STAGES = ("scene", "optics", "time", "detector", "estimator")
-
 Values = Mapping[str, Any]
-
-# A parameter of every effect: a mount is knocked, a mode is changed, and from then on it is so.
-SINCE = Parameter("since", "s", 0.0, 1e9, 0.0, "When it sets in, after the session began; 0 where it was always there.")
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,8 @@ class LookAlike:
 class Effect:
     """One cause. A subclass fills in the class variables and the methods named after what it changes.
 
-    id: public name. acts_on: one of STAGES; of those that act on the same the one of lower `order` comes first.
+    id: public name. acts_on: one of `STAGES` (physics/setting.py); of those that act on the same the one of lower
+    `order` comes first.
     sentence: what happens, in one plain sentence. look_alikes: other effects it can be mistaken for.
     forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
     richer: those of the forms that are tried only where another of the effect's was chosen and leaves something.
@@ -75,7 +71,7 @@ class Effect:
             raise Refusal(f"effect {self.id}: {name!r} is no parameter of it, expected one of {known}")
         return self._by_name[name]
 
-    def at(self, **values: Any) -> "Setting":
+    def at(self, **values: Any) -> Setting:
         """The effect at these values.
 
         What is not named is at its start, but strengths (parameters that vanish) are not there: where no strength is
@@ -90,7 +86,7 @@ class Effect:
         }
         return Setting(self, rest | {SINCE.name: SINCE.start} | named)
 
-    def vanished(self) -> "Setting":
+    def vanished(self) -> Setting:
         """The effect where it is not there."""
         gone = {p.name: p.vanishes_at for p in self.parameters if p.vanishes_at is not None}
         return self.at(**gone)
@@ -117,6 +113,10 @@ class Effect:
     def moves_maps(self, values: Values) -> tuple[bool, bool]:
         """Whether, at these values, it moves maps by another amount from zone to zone, and from frame to frame."""
         return False, False
+
+    def moves_light(self, values: Values) -> bool:
+        """Whether, at these values, it moves light that was added up, which takes a lattice fine enough for that."""
+        return False
 
     def redraws_maps(self, values: Values) -> bool:
         """Whether, at these values, it draws maps anew, all of their pixels."""
@@ -167,34 +167,3 @@ class Effect:
     def apply(self, noun: str, values: Values, rendering: Rendering) -> Any:
         """The field `noun` of the rendering, changed."""
         return getattr(self, noun)(values, rendering)
-
-
-@dataclass(frozen=True, eq=False)
-class Setting:
-    """An effect that is on. values: a number, or (P,) numbers, for each of its parameters and `SINCE`, in its units."""
-
-    effect: Effect
-    values: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def key(self) -> tuple:
-        """Equal for two settings that act the same."""
-        return (self.effect.id, *((n, np.asarray(v, float).tobytes()) for n, v in sorted(self.values.items())))
-
-    @property
-    def since_s(self) -> float:
-        """Seconds after the session began from which on it is there."""
-        return float(self.values[SINCE.name])
-
-    def with_value(self, name: str, value: Any) -> "Setting":
-        """The same with one parameter changed; the value is checked."""
-        return self.effect.at(**(self.values | {name: value}))
-
-
-def in_order(settings: tuple[Setting, ...]) -> tuple[Setting, ...]:
-    """Settings in the order in which they compose: by what they act on, then by `order`, then by id."""
-    ids = [setting.effect.id for setting in settings]
-    for name in ids:
-        if ids.count(name) > 1:
-            raise Refusal(f"effect {name} is named twice, expected once")
-    return tuple(sorted(settings, key=lambda s: (STAGES.index(s.effect.acts_on), s.effect.order, s.effect.id)))

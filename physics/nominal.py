@@ -15,11 +15,11 @@ import numpy as np
 
 from physics.arrivals import Arrivals, arrivals
 from physics.clock import Clock
-from physics.effect import Setting, in_order
 from physics.footprint import Footprints
 from physics.kept import same_knots
 from physics.light import Light
 from physics.rendering import NOUNS, Rendering
+from physics.setting import Setting, in_order
 from recordings.refusal import Refusal
 
 # What was made is kept under so many keys, as fits come back to where they were; only under the last one where
@@ -68,6 +68,8 @@ class ForwardModel:
         now, key = replace(self._start, gain=float(gain)), ()
         for noun in NOUNS:
             if noun == "arrivals":
+                if any(setting.effect.moves_light(setting.values) for setting in settings):
+                    now, key = replace(now, clock=now.clock.finer()), (*key, "finer")
                 now = replace(now, arrivals=self._once("bare arrivals", key, partial(self._bare, now)))
             if noun == "expected":
                 signal = self._once("signal", key, now.arrivals.binned)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from physics.effect import Parameter, Setting
+from physics.effect import Parameter
+from physics.setting import Setting
 
 # Of a parameter's size: far above the rounding of single-precision light, far below what bends the model.
 RELATIVE_STEP = 1e-3

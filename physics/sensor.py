@@ -6,9 +6,9 @@ import numpy as np
 
 from physics.axes import sizes_along
 from physics.clock import Clock
-from physics.effect import Setting, in_order
 from physics.pulse import ImpulseResponse
 from physics.pulse_shape import PulseShape
+from physics.setting import Setting, in_order
 from recordings.recording import Recording
 from recordings.refusal import Refusal
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from physics.effect import SINCE, Setting
 from physics.effects import find_effect
 from physics.json_values import a_list, a_number, a_text, a_whole_number, an_object, numbers, one_or_more
 from physics.pulse import ImpulseResponse
 from physics.pulse_shape import PulseShape, Tail
 from physics.sensor import SensorModel
+from physics.setting import SINCE, Setting
 from recordings.atomic import written_aside
 from recordings.refusal import Refusal
 from recordings.relations import check_irf

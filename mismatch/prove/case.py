@@ -11,11 +11,12 @@ from mismatch.prove.rig import Rig, draw_rig
 from mismatch.prove.shown import MOVED, moved, strength_for
 from mismatch.prove.strangers import STRANGERS
 from physics.axes import sizes_along
-from physics.effect import Effect, Setting
+from physics.effect import Effect
 from physics.effects import all_effects
 from physics.footprint import footprints
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
+from physics.setting import Setting
 from physics.simulate import light_of
 from physics.single_photons.acts import all_acts
 from physics.single_photons.engine import record

@@ -16,9 +16,10 @@ from mismatch.ranking import ranked
 from mismatch.score import start_of
 from mismatch.simulation import Simulation
 from mismatch.verdict import Estimate
-from physics.effect import Effect, Setting
+from physics.effect import Effect
 from physics.footprint import footprints
 from physics.light import direct_light
+from physics.setting import Setting
 from recordings.refusal import Refusal
 
 FRAMES = 24

@@ -13,7 +13,6 @@ from mismatch.open_simulation import simulation_of
 from mismatch.poisson import expected_deviance
 from mismatch.prove.rig import FRAME_S, HORIZONTAL_DEG, draw_maps
 from mismatch.simulation import Simulation
-from physics.effect import Setting
 from physics.effects import find_effect
 from physics.geometry import pixel_rays
 from physics.pulse_shape import PulseShape, Tail
@@ -23,6 +22,7 @@ from physics.scene.material import Material
 from physics.scene.surfaces import Plane
 from physics.scene.view import Views
 from physics.sensor import SensorModel
+from physics.setting import Setting
 from physics.simulate import simulate
 
 SIZE = (53, 30)

@@ -11,7 +11,8 @@ import pkgutil
 from functools import cache
 from importlib.metadata import entry_points
 
-from physics.effect import STAGES, Effect
+from physics.effect import Effect
+from physics.setting import STAGES
 from recordings.refusal import Refusal
 
 GROUP = "difflidar.effects"

@@ -82,12 +82,13 @@ class BinWidthError(Effect):
         Parameter("still_at", "m", 0.0, 50.0, 0.0, "Range at which targets stay in their bins.", tries=(1.0,)),
     )
 
+    def moves_light(self, values: Values) -> bool:
+        """See `Effect`."""
+        return bool(values["warmup"] or np.any(values["apart"]))
+
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The clock with bins that wide."""
         clock, scale = rendering.clock, 1 + values["error"]
-        if values["warmup"] or np.any(values["apart"]):
-            # Light is moved on its lattice.
-            clock = clock.finer()
         if scale == 1:
             return clock
         zero = np.asarray(clock.time_zero_s) * (1 + values["error"] * (1 - values["zero_in_seconds"]))

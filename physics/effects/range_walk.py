@@ -3,7 +3,6 @@
 import numpy as np
 
 from physics.arrivals import Arrivals
-from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
@@ -82,10 +81,9 @@ class RangeWalk(Effect):
         Parameter("fullest", "1", 0.0, 1.0, 0.0, "Whether it goes by the fullest bin (1) or by the sum of all (0)."),
     )
 
-    def clock(self, values: Values, rendering: Rendering) -> Clock:
-        """The same clock, on a lattice fine enough for light to be moved on it."""
-        shows = np.any(values["walk"]) or np.any(values["logarithmic"])
-        return rendering.clock.finer() if shows else rendering.clock
+    def moves_light(self, values: Values) -> bool:
+        """See `Effect`."""
+        return bool(np.any(values["walk"]) or np.any(values["logarithmic"]))
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light of each zone and frame, earlier by its own sum."""

@@ -7,7 +7,6 @@ from scipy.constants import speed_of_light
 from scipy.special import expit
 
 from physics.arrivals import Arrivals
-from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light, Return
 from physics.marks import in_ball, place_parameters
@@ -130,9 +129,9 @@ class SecondSurface(Effect):
         first = replace(direct, strength=(direct.strength - lost).astype(np.float32))
         return replace(light, returns=(first, *others, second))
 
-    def clock(self, values: Values, rendering: Rendering) -> Clock:
-        """The same clock, on a lattice fine enough for light to be moved on it."""
-        return rendering.clock.finer() if np.any(values["passed"]) or values["covered"] else rendering.clock
+    def moves_light(self, values: Values) -> bool:
+        """See `Effect`."""
+        return bool(np.any(values["passed"]) or values["covered"])
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Each zone's light in part once more, later and spread over a larger sphere, or earlier over a smaller one."""

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from physics.arrivals import Arrivals
-from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.footprint import Footprints
 from physics.rendering import Rendering
@@ -67,9 +66,9 @@ class StrayLight(Effect):
         field = np.exp(-((x / values["glare_x"]) ** 2 + (y / values["glare_y"]) ** 2) / 2)
         return rendering.footprints.changed(lambda weights: weights + glare[:, None, None] * field)
 
-    def clock(self, values: Values, rendering: Rendering) -> Clock:
-        """The same clock, on a lattice fine enough for light to be moved on it."""
-        return rendering.clock.finer() if np.any(values["share"]) else rendering.clock
+    def moves_light(self, values: Values) -> bool:
+        """See `Effect`."""
+        return bool(np.any(values["share"]))
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """In each zone, a share of the sum over zones, moved to this zone's time zero or not."""

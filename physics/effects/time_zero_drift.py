@@ -3,7 +3,6 @@
 import numpy as np
 
 from physics.arrivals import Arrivals
-from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 from physics.walk import BETWEEN, LEVELS, walk_parameters, walk_starts, walked
@@ -90,10 +89,9 @@ class TimeZeroDrift(Effect):
         *walk_parameters("s", 5e-9, 2e-11),
     )
 
-    def clock(self, values: Values, rendering: Rendering) -> Clock:
-        """The same clock, on a lattice fine enough for light to be moved on it."""
-        shows = any(np.any(values[p.name]) for p in self.parameters if p.vanishes_at == 0)
-        return rendering.clock.finer() if shows else rendering.clock
+    def moves_light(self, values: Values) -> bool:
+        """See `Effect`."""
+        return any(np.any(values[p.name]) for p in self.parameters if p.vanishes_at == 0)
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """All light, delayed by what its frame's time makes."""

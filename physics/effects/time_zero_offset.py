@@ -3,7 +3,6 @@
 import numpy as np
 
 from physics.arrivals import Arrivals
-from physics.clock import Clock
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
 
@@ -36,9 +35,9 @@ class TimeZeroOffset(Effect):
         ),
     )
 
-    def clock(self, values: Values, rendering: Rendering) -> Clock:
-        """The same clock, on a lattice fine enough for light to be moved on it."""
-        return rendering.clock.finer() if np.any(values["delay"]) else rendering.clock
+    def moves_light(self, values: Values) -> bool:
+        """See `Effect`."""
+        return bool(np.any(values["delay"]))
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """All light of each zone, delayed."""

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from physics.effect import Setting, Values, in_order
+from physics.effect import Values
 from physics.scene.view import Views
 from physics.sensor import SensorModel
 from physics.sensor_file import sensor_to_json
+from physics.setting import Setting, in_order
 from physics.single_photons.acts import find_act
 from physics.single_photons.draw import background, counts_of, returned
 from physics.single_photons.session import Session, session_of

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from mismatch.form import DRAWN
-from physics.effect import STAGES, Effect, Parameter, in_order
+from physics.effect import Effect, Parameter
 from physics.effects import all_effects, fault_of, find_effect
 from physics.nominal import ForwardModel
 from physics.sensitivity import difference
+from physics.setting import STAGES, in_order
 from recordings.refusal import Refusal
 
 GAIN = 2e3
