@@ -6,13 +6,13 @@ import numpy as np
 from scipy.stats import norm
 
 from mismatch.cost import cost, least_cost
-from mismatch.descent import Descent
 from mismatch.fit import Fit, begin_beside, expected_at, reached
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT, falls_short, gained, poisson_scatter
+from mismatch.head_start import begun
 from mismatch.poisson import LEAST
 from mismatch.race import race
-from mismatch.score import Score, start_of
+from mismatch.score import Score
 from mismatch.simulation import Simulation
 
 # A second effect that gains less deviance than this on held-out frames, or than this part of what the others gained,
@@ -112,24 +112,21 @@ def candidates_of(
     may be off by more than such ways differ.
     """
 
-    def begun(found: Score) -> Descent:
-        x = np.concatenate([before.x, start_of(found.form, found.amplitude)])
-        return Descent(train, (*before.forms, found.form), x, before.frame_gain_sigma)
-
     def judged(i: int) -> Candidate:
         return candidate(train, test, before, chosen[i], reached(descents[i]))
 
     if not chosen:
         return []
     begin_beside(test, before)
-    descents = train.each(begun, chosen)
-    prices = [least_cost(train, descent.forms) for descent in descents]
+    prices = [least_cost(train, (*before.forms, found.form)) for found in chosen]
+    descents = begun(train, before, chosen, prices)
     left = race(descents, prices, least)
     came_to = [descent.deviance + a for descent, a in zip(descents, prices, strict=True)]
     near = [i for i in _first_of_each(chosen, came_to) if i not in left and chosen[i].other is not None]
     others = [chosen[i].other for i in near]
-    began = train.each(begun, others)
-    left += [len(chosen) + i for i in race(began, [prices[i] for i in near], min(*came_to, least))]
+    theirs = [prices[i] for i in near]
+    began = begun(train, before, others, theirs)
+    left += [len(chosen) + i for i in race(began, theirs, min(*came_to, least))]
     chosen, descents = [*chosen, *others], [*descents, *began]
     made = train.each(judged, range(len(chosen)))
     if (
