@@ -11,6 +11,7 @@ from markupsafe import Markup
 from mismatch.explain import Explanation
 from mismatch.selection import Round
 from mismatch.verdict import Named, Verdict
+from physics.effects import find_effect
 from recordings.atomic import written_aside
 from viewers import explain_figures as figures
 from viewers.compared import Compared, bins_of_interest, compared, telling
@@ -51,9 +52,13 @@ def contents(explanation: Explanation, name: str) -> dict[str, Any]:
 
 
 def _effect(effect: Named) -> dict[str, Any]:
-    """An effect with its numbers as text, and the probability that is left for itself."""
+    """An effect with its numbers as text and what each is, and the probability that is left for itself."""
     parameters = [
-        (plain_name(name), [(index, quantity(one.value, one.sigma, one.unit)) for index, one in values])
+        (
+            plain_name(name),
+            [(index, quantity(one.value, one.sigma, one.unit)) for index, one in values],
+            find_effect(effect.id).parameter(name).sentence,
+        )
         for name, values in grouped(effect.parameters)
     ]
     own = max(0.0, 1 - sum(other.probability for other in effect.look_alikes))

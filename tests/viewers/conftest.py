@@ -59,8 +59,8 @@ def explanations(simulation):
     )
     parameters = (
         Estimate("share", 0.2, 0.01, "1"),
-        Estimate("delay[0]", 1.2e-11, 3e-12, "s"),
-        Estimate("delay[1]", -3.4e-11, 3e-12, "s"),
+        Estimate("duration[0]", 1.2e-11, 3e-12, "s"),
+        Estimate("duration[1]", -3.4e-11, 3e-12, "s"),
     )
     other = Alternative("afterpulsing", 0.25, "Record <b>less</b> light.")
     named = Named("impulse_tail", effect.sentence, parameters, 140.0, 1e-30, 150.0, (other,))

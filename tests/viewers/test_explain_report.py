@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import poisson
 
+from physics.effects import find_effect
 from viewers import explain_figures as figures
 from viewers.compared import bins_of_interest, compared, telling
 from viewers.explain_report import write_report
@@ -84,6 +85,8 @@ def test_each_verdict_says_its_own(pages):
     for words in ("The effects", "Record & see.", "0.200 ± 0.010", "−34.0 ± 3.0 ps", "afterpulsing", "0.75"):
         assert words in said["explained"]
         assert words not in said["agrees"]
+    for name in ("share", "duration"):
+        assert find_effect("impulse_tail").parameter(name).sentence in said["explained"]
     assert "none would show" in said["agrees"]
     assert "What is left" in said["unknown"]
     assert "What is left" not in said["explained"]
