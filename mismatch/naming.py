@@ -19,8 +19,8 @@ from mismatch.verdict import Alternative, Estimate, Named
 
 # Part of what an effect gains on the frames that chose it that speaks for it beside what it gains on those held out.
 CHOSEN_BY = 0.1
-# A rival that is less probable than this is no reason to measure again, and one capture tells when it gains this.
-WORTH, TELLING = 0.05, 10.0
+# One capture tells two causes apart when it gains this.
+TELLING = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +87,14 @@ def _name(train: Simulation, test: Simulation, judged: Fit, contest: Contest, ex
     form = contest.form
     won = gained(test, without(train, judged, form), judged)
     texts = {look.id: look.separated_by for look in form.effect.look_alikes}
+    others = [*zip(contest.rivals[1:], contest.chances[1:], strict=True)]
+    alike = [(rival, chance) for rival, chance in others if chance >= LEAST_PROBABILITY]
+    whole = contest.chances[0] + sum(chance for _, chance in alike)
     alternatives = []
-    for rival, chance in zip(contest.rivals[1:], contest.chances[1:], strict=True):
-        if chance >= LEAST_PROBABILITY:
-            name = rival.form.effect.id
-            told = texts.get(name) or _separation(train, contest.rivals[0], rival)
-            alternatives.append(Alternative(name, float(chance), told))
+    for rival, chance in alike:
+        name = rival.form.effect.id
+        told = texts.get(name) or _separation(train, contest.rivals[0], rival)
+        alternatives.append(Alternative(name, float(chance / whole), told))
     return Named(
         id=form.effect.id,
         sentence=form.effect.sentence,
@@ -133,7 +135,11 @@ def _separation(train: Simulation, one: Rival, other: Rival) -> str:
 
 def next_measurement(train: Simulation, contests: list[Contest]) -> str | None:
     """The capture that would tell the likeliest look-alikes apart; None where there are none."""
-    close = [(c.chances[1], c.rivals[0], c.rivals[1]) for c in contests if len(c.rivals) > 1 and c.chances[1] > WORTH]
+    close = [
+        (c.chances[1], c.rivals[0], c.rivals[1])
+        for c in contests
+        if len(c.rivals) > 1 and c.chances[1] >= LEAST_PROBABILITY
+    ]
     if not close:
         return None
     _, one, other = max(close, key=lambda entry: entry[0])

@@ -19,7 +19,8 @@ from recordings.refusal import Refusal
 # Rivals that are worse by more deviance than this, and by more than this part of what the best gains, are not worth a
 # fit: their richer forms, or effects that came beside it later, may make up for less. So many effects are tried.
 CLOSE, CLOSE_PART, TRIED = 60.0, 0.2, 4
-LEAST_PROBABILITY = 1e-3
+# What is less probable the data do tell apart.
+LEAST_PROBABILITY = 0.05
 # A name that is stretched does not win because of it, yet words may be used so: once in sixteen where it fits as well.
 STRETCHED = 2 * np.log(16)
 

@@ -12,10 +12,10 @@ from mismatch.calibrations.fitting import Fitted, settled
 from mismatch.calibrations.judging import figures, floor, misfits, places, squared
 from mismatch.calibrations.pair import Pair, pair
 from mismatch.calibrations.verdict import CalibrationVerdict
+from mismatch.rivals import LEAST_PROBABILITY
 from mismatch.verdict import Alternative, Deviance, Estimate, Named
 from recordings.maps import ResponseMaps
 
-LEAST_PROBABILITY = 1e-3
 NOTES = (
     "Only relations between the two are testable: whatever both share leaves no trace here.",
     "The first is carried to what the second would have seen; the second stays as it is, with its own faults.",
