@@ -6,7 +6,7 @@ from mismatch.derivatives import derivatives, expected_at
 from mismatch.form import Form
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import Nuisances
-from mismatch.pattern import held
+from mismatch.pattern import Pattern, held
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
 from recordings.refusal import Refusal
@@ -31,9 +31,18 @@ class Descent:
     """
 
     def __init__(
-        self, simulation: Simulation, forms: tuple[Form, ...], x: np.ndarray, sigma: float, stays: int | None = None
+        self,
+        simulation: Simulation,
+        forms: tuple[Form, ...],
+        x: np.ndarray,
+        sigma: float,
+        stays: int | None = None,
+        pattern: Pattern | None = None,
     ) -> None:
-        """From coordinates x on. sigma: relative, of frames' gains. stays: a coordinate that does."""
+        """From coordinates x on. sigma: relative, of frames' gains. stays: a coordinate that does.
+
+        pattern: how numbers are drawn, where that is known.
+        """
         self.simulation, self.forms, self.nuisances = simulation, forms, Nuisances(simulation, sigma)
         self.low, self.high = limits(forms)
         self.x = np.clip(np.asarray(x, float), self.low, self.high)
@@ -41,7 +50,10 @@ class Descent:
             self.low[stays] = self.high[stays] = self.x[stays]
         self.expected = expected_at(simulation, forms, self.x)
         self.deviance = deviance_at(self.nuisances, forms, self.x, self.expected)
-        self._precision, self._slopes = held(forms), simulation.remembered.slopes
+        self._nothing, self._slopes = np.zeros(len(self.x)), simulation.remembered.slopes
+        self._precision = np.diag(held(forms)) if pattern is None else pattern.prior(len(self.x))
+        if pattern is not None:
+            self._nothing[pattern.which] = pattern.nothing
         self.hoped, self.over, self._damping, self._steps = -np.inf, False, 1e-3, 0
 
     def run(self, most_steps: int = MOST_STEPS) -> "Descent":
@@ -56,7 +68,7 @@ class Descent:
         """One step, with as much damping as it takes to gain."""
         columns, self._slopes = derivatives(self.simulation, self.forms, self.x, self.expected, self._slopes)
         gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns, nearly=True)
-        gradient, curvature = gradient - self._precision * self.x, curvature + np.diag(self._precision)
+        gradient, curvature = gradient - self._precision @ (self.x - self._nothing), curvature + self._precision
         whole = bounded_step(gradient, curvature, 0.0, self.x, self.low, self.high)
         promised = float(2 * gradient @ whole - whole @ curvature @ whole)
         for _ in range(MOST_TRIES):
@@ -68,7 +80,7 @@ class Descent:
                 self._damping = max(10 * self._damping, 1e-3)
                 continue
             reached = deviance_at(self.nuisances, self.forms, there, then)
-            won = self.deviance - reached + self._precision @ (self.x**2 - there**2)
+            won = self.deviance - reached + self._unlikely(self.x) - self._unlikely(there)
             if won > 0:
                 break
             self._damping = max(10 * self._damping, 1e-3)
@@ -84,3 +96,8 @@ class Descent:
         # A short step gains little wherever it is: only one that was hardly damped says that no more is to be had.
         self._steps += 1
         self.over = (won < SETTLED and damped <= FREE) or self._steps == MOST_STEPS
+
+    def _unlikely(self, x: np.ndarray) -> float:
+        """Deviance of numbers that are drawn, or held at nothing."""
+        away = x - self._nothing
+        return float(away @ self._precision @ away)

@@ -21,6 +21,8 @@ from recordings.refusal import Refusal
 
 # Steps in which others come to their best beside a coordinate that is held, of either kind.
 CHORDS, PROFILE_STEPS = 3, 2
+# Steps in which numbers that are drawn come to theirs.
+SHRINKING_STEPS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +136,11 @@ def reached(descent: Descent) -> Fit:
     x = np.clip(x, descent.low, descent.high)
     expected = expected_at(simulation, forms, x)
     deviance = deviance_at(nuisances, forms, x, expected)
+    if deviance + pattern.unlikely(x) > found.deviance + pattern.unlikely(found.x):
+        # Counts do not go straight that far: of others beside the numbers some may be hardly told. Step by step, then.
+        slow = Descent(simulation, forms, found.x, nuisances.sigma, pattern=pattern).run(SHRINKING_STEPS)
+        pattern = replace(pattern, cost=pattern.cost + pattern.unlikely(slow.x) - pattern.unlikely(x))
+        x, expected, deviance = slow.x, slow.expected, slow.deviance
     return Fit(float(np.exp(x[0])), forms, x, expected, deviance, nuisances.sigma, simulation, pattern)
 
 

@@ -9,7 +9,7 @@ lies where the widths before it end, and the edges walk. The likelier of the two
 normal about its best, of information I and precision Λ of the distribution, all of this is linear.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -28,16 +28,22 @@ HELD = 5.0
 class Pattern:
     """What is known of numbers that are drawn.
 
-    which: (K,) coordinates. width: of their distribution, or of that of their distances. precision: (K, K) inverse of
-    its covariance. cost: deviance that the numbers must gain, Schwarz's price of single ones in other places.
-    effective: how many numbers they are worth.
+    which: (K,) coordinates. nothing: (K,) where they are nothing. width: of their distribution, or of that of their
+    distances. precision: (K, K) inverse of its covariance. cost: deviance that the numbers must gain, Schwarz's price
+    of single ones in other places. effective: how many numbers they are worth.
     """
 
     which: np.ndarray
+    nothing: np.ndarray
     width: float
     precision: np.ndarray
     cost: float
     effective: float
+
+    def unlikely(self, x: np.ndarray) -> float:
+        """Twice the logarithm by which numbers of N coordinates are less likely than nothing is."""
+        away = x[self.which] - self.nothing
+        return float(away @ self.precision @ away)
 
     def prior(self, count: int) -> np.ndarray:
         """(N, N) precision of N coordinates."""
@@ -78,11 +84,11 @@ def shrunk(forms: tuple[Form, ...], x: np.ndarray, information: np.ndarray) -> t
     precision = _precision(len(which), walks) / square
     pull = np.zeros(len(x))
     pull[which] = precision @ away - rises
-    prior = Pattern(which, float(np.sqrt(square)), precision, 0.0, 0.0).prior(len(x))
-    there = x - _solved(information + prior, pull, which, rest)
-    wider, left = 1 + square * told, there[which] - nothing
-    price = float(np.log(wider).sum() + left @ precision @ left)
-    return there, Pattern(which, float(np.sqrt(square)), precision, price, float((square * told / wider).sum()))
+    wider = 1 + square * told
+    worth, price = float((square * told / wider).sum()), float(np.log(wider).sum())
+    pattern = Pattern(which, nothing, float(np.sqrt(square)), precision, price, worth)
+    there = x - _solved(information + pattern.prior(len(x)), pull, which, rest)
+    return there, replace(pattern, cost=price + pattern.unlikely(there))
 
 
 def _ways(forms: tuple[Form, ...]) -> list[tuple[slice, ...]]:

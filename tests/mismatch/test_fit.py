@@ -5,9 +5,11 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import poisson
 
+from mismatch import pattern
 from mismatch.fit import expected_at, fit, fit_nominal, on_others
 from mismatch.form import forms_of
 from mismatch.noise import Nuisances
+from mismatch.poisson import deviance
 from mismatch.selection import coordinates
 from physics.effects import find_effect
 from recordings.refusal import Refusal
@@ -141,3 +143,26 @@ def test_two_of_three_intervals_of_one_sigma_hold_the_truth(drawn):
     assert (np.abs(pulls.mean(axis=0)) < 3 / np.sqrt(60)).all()
     assert (pulls.std(axis=0) > 0.7).all()
     assert (pulls.std(axis=0) < 1.3).all()
+
+
+@pytest.mark.parametrize("astray", [0.0, 1.0])
+def test_numbers_that_are_drawn_come_to_the_best_of_likelihood_and_distribution(drawn, monkeypatch, astray):
+    """Also where counts do not go as straight as the curvature says; a general minimiser is the oracle."""
+    simulation = drawn(3, "bin_nonlinearity", width=np.random.default_rng(1).normal(0, 0.05, 48))
+    form = next(f for f in forms_of(find_effect("bin_nonlinearity"), {"zone": 4, "bin": 48}) if f.free == ("width",))
+    straight = pattern.shrunk
+
+    def led_astray(*of):
+        x, found = straight(*of)
+        there = x + astray * np.eye(len(x))[0]
+        return there, found
+
+    monkeypatch.setattr("mismatch.fit.shrunk", led_astray)
+    found = fit(simulation, (form,), np.concatenate([fit_nominal(simulation).x, form.at_start()]))
+
+    def unlikely(x):
+        return deviance(simulation.counts, expected_at(simulation, (form,), x)).sum() + found.pattern.unlikely(x)
+
+    best = minimize(unlikely, found.x, method="Powell", options={"maxfev": 20_000})
+    assert unlikely(found.x) < best.fun + 0.5
+    assert found.deviance == pytest.approx(deviance(simulation.counts, found.expected).sum())

@@ -1,13 +1,14 @@
 """Where fits begin against where scores say, and where fits from there end."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mismatch import beside, head_start
-from mismatch.descent import Descent
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
-from mismatch.head_start import begun
+from mismatch.head_start import begun, start
 from mismatch.ranking import ranked
 from mismatch.score import start_of
 from physics.effects import find_effect
@@ -29,9 +30,7 @@ def promised(tail, name):
 
 def starts(tail, scores):
     """Descents from where scores say."""
-    simulation, before = tail
-    at = [np.concatenate([before.x, start_of(s.form, s.amplitude)]) for s in scores]
-    return [Descent(simulation, (s.form,), x, before.frame_gain_sigma) for s, x in zip(scores, at, strict=True)]
+    return [start(*tail, score) for score in scores]
 
 
 def with_starts(tail, scores):
@@ -39,20 +38,31 @@ def with_starts(tail, scores):
     return zip(begun(*tail, scores, [0.0] * len(scores)), starts(tail, scores), strict=True)
 
 
+@pytest.mark.parametrize("times", [1.0, 8.0, 30.0])
+def test_a_score_that_says_too_much_is_followed_part_of_the_way(tail, times):
+    """Where the whole of it would be worse than nothing."""
+    simulation, before = tail
+    for score in promised(tail, "ambient_pedestal"):
+        there = start(simulation, before, replace(score, amplitude=times * score.amplitude))
+        whole = np.concatenate([before.x, start_of(score.form, times * score.amplitude)])
+        assert there.deviance < before.deviance
+        assert (there.x == whole).all() == (times == 1)
+
+
 @pytest.mark.parametrize("name", ["impulse_tail", "afterpulsing", "time_zero_offset"])
 def test_some_frames_bring_fits_nearly_to_where_they_end(tail, monkeypatch, name):
     simulation, before = tail
     scores = promised(tail, name)
     monkeypatch.setattr(beside, "LARGE", 0)
-    for brought, start in with_starts(tail, scores):
-        end = fit(simulation, start.forms, start.x, before.frame_gain_sigma).deviance
+    for brought, at_score in with_starts(tail, scores):
+        end = fit(simulation, at_score.forms, at_score.x, before.frame_gain_sigma).deviance
         assert brought.deviance - end < 0.1 * (before.deviance - end) + 10
         assert brought.run().deviance < end + 1
 
 
 def test_where_all_frames_cost_little_fits_begin_where_scores_say(tail):
-    for brought, start in with_starts(tail, promised(tail, "impulse_tail")):
-        assert (brought.x == start.x).all()
+    for brought, at_score in with_starts(tail, promised(tail, "impulse_tail")):
+        assert (brought.x == at_score.x).all()
 
 
 @pytest.mark.parametrize("name", ["time_lag", "bin_nonlinearity"])
@@ -61,14 +71,14 @@ def test_what_some_frames_do_not_tell_begins_where_scores_say(tail, monkeypatch,
     scores = [s for s in promised(tail, name) if s.form.effect.mixes(s.form.start) or s.form.own]
     monkeypatch.setattr(beside, "LARGE", 0)
     assert scores
-    for brought, start in with_starts(tail, scores):
-        assert (brought.x == start.x).all()
+    for brought, at_score in with_starts(tail, scores):
+        assert (brought.x == at_score.x).all()
 
 
 def test_what_is_worse_than_nothing_is_no_beginning(tail, monkeypatch):
     """As where few frames are another matter than all."""
     scores = promised(tail, "impulse_tail")
-    worse = {i: start.x + np.eye(len(start.x))[0] for i, start in enumerate(starts(tail, scores))}
+    worse = {i: at.x + np.eye(len(at.x))[0] for i, at in enumerate(starts(tail, scores))}
     monkeypatch.setattr(head_start, "_brought", lambda *_: worse)
-    for brought, start in with_starts(tail, scores):
-        assert (brought.x == start.x).all()
+    for brought, at_score in with_starts(tail, scores):
+        assert (brought.x == at_score.x).all()
