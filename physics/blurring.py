@@ -11,6 +11,9 @@ from scipy.special import j1
 
 from physics.workers import in_parallel
 
+# What goes beyond the image is followed for so many standard deviations, in steps of so many pixels.
+FAR, RIM_PX = 4.0, 64
+
 
 @dataclass(frozen=True)
 class Blur:
@@ -29,20 +32,33 @@ class Blur:
     wide_px2: float = 2500.0
     steeper: float = 0.0
     coarse: float = 0.0
+    lost: float = 0.0
     steps_px: tuple[float, float] = (1.0, 1.0)
 
     def __call__(self, table: np.ndarray) -> np.ndarray:
         """(P, Y, X) double: what little a slight blur takes away is not lost in rounding."""
         said = abs(self.variance_px2), self.taller, self.flat, self.coarse, self.steps_px
-        passed = transform(table.shape[1:], *said) if self.variance_px2 else None
-        spectra = [None] * len(table) if passed is None else _spectra(table)
-        return np.stack(in_parallel(partial(self._zone, passed=passed), zip(table, spectra, strict=True)))
+        ways = []
+        for part, rim in ((1 - self.lost, (0, 0)), (self.lost, self._rim(table.shape[1:]))):
+            if part and self.variance_px2:
+                spectra = _spectra(table, rim)
+                ways.append((part, rim, spectra, transform(spectra.shape[1:], *said)))
+        return np.stack(in_parallel(partial(self._zone, table, ways), range(len(table))))
 
-    def _zone(self, one: tuple[np.ndarray, np.ndarray | None], passed: np.ndarray | None) -> np.ndarray:
-        """(Y, X) of one zone, and its cosine transform. passed: of which so much is left."""
-        zone, spectrum = one[0].astype(float), one[1]
-        if spectrum is not None:
-            zone = self._blurred(zone, np.maximum(idctn(spectrum * passed, overwrite_x=True), 0))
+    def _rim(self, shape: tuple[int, int]) -> tuple[int, int]:
+        """Pixels above and below, and to either side, beyond which next to nothing is blurred."""
+        sides = (np.sqrt(abs(self.variance_px2) * np.exp(way * self.taller)) for way in (1, -1))
+        return tuple(min(RIM_PX * int(np.ceil(FAR * one / RIM_PX)), n) for one, n in zip(sides, shape, strict=True))
+
+    def _zone(self, table: np.ndarray, ways: list[tuple], number: int) -> np.ndarray:
+        """(Y, X) of one zone. ways: part that is blurred so, the rim beside it, cosines of all zones, what passes."""
+        zone = table[number].astype(float)
+        if ways:
+            spread = 0.0
+            for part, (down, along), spectra, passed in ways:
+                made = idctn(spectra[number] * passed, overwrite_x=True)
+                spread = spread + part * made[down : down + zone.shape[0], along : along + zone.shape[1]]
+            zone = self._blurred(zone, np.maximum(spread, 0))
         if self.haze:
             zone = zone + self.haze * (blurred(zone, self.wide_px2) - zone)
         most = zone.max()
@@ -101,14 +117,18 @@ class _Spectra:
     """(P, Y, X) cosine transforms of the table that was asked for last, which fits ask for again and again."""
 
     def __init__(self) -> None:
-        self._lock, self._of, self._made = threading.Lock(), None, None
+        self._lock, self._of, self._made = threading.Lock(), None, {}
 
-    def __call__(self, table: np.ndarray) -> np.ndarray:
-        """To read only."""
+    def __call__(self, table: np.ndarray, rim: tuple[int, int]) -> np.ndarray:
+        """To read only; with so many pixels of nothing above and below, and to either side."""
         with self._lock:
             if self._of is None or self._of() is not table:
-                self._of, self._made = weakref.ref(table), dctn(table.astype(float), axes=(1, 2))
-            return self._made
+                self._of, self._made = weakref.ref(table), {}
+            if rim not in self._made:
+                down, along = ((n, n) for n in rim)
+                self._made = {(0, 0): self._made[0, 0]} if (0, 0) in self._made else {}
+                self._made[rim] = dctn(np.pad(table.astype(float), ((0, 0), down, along)), axes=(1, 2))
+            return self._made[rim]
 
 
 _spectra = _Spectra()

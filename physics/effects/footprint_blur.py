@@ -12,7 +12,8 @@ class FootprintBlur(Effect):
     The kernel is the discrete Gaussian, what diffusion on the pixels' lattice gives (Lindeberg, "Scale-space for
     discrete signals", IEEE PAMI 12(3), 1990, 234-254): nowhere negative, of exactly this variance, and two blurs are
     one of the sum of theirs, which a Gaussian read at pixels is not where it is narrow. No light passes the edge of
-    the image: what would is reflected, and each zone keeps the sum of its map.
+    the image: what would is reflected, and each zone keeps the sum of its map; or it is `lost`, as where zones see
+    what no image shows.
 
     Scans with a patch of finite size give maps that are wider than the zones: by a twelfth of its side squared. Then
     the variance is negative, and maps are sharpened, w + amount · (w − blurred w), not below 0, and brought back to
@@ -49,8 +50,10 @@ class FootprintBlur(Effect):
         ("haze", "wide"),
         ("steeper",),
         ("variance", "taller", "amount", "kept"),
+        ("variance", "lost"),
+        ("variance", "taller", "lost"),
     )
-    richer = forms[-1:]
+    richer = forms[-3:]
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(
@@ -106,6 +109,9 @@ class FootprintBlur(Effect):
         Parameter("wide", "px²", 100.0, 40000.0, 2500.0, "Square of that blur's standard deviation."),
         Parameter("steeper", "1", -0.8, 3.0, 0.05, "Power of the maps that zones are, less 1.", vanishes_at=0.0),
         Parameter("coarse", "1", 0.0, 1.0, 0.0, "Part of the kernel that steps by the camera's pixels.", tries=(1.0,)),
+        Parameter(
+            "lost", "1", 0.0, 1.0, 0.0, "Part of what passes the image's edge that does not return.", tries=(1.0,)
+        ),
     )
 
     def redraws_maps(self, values: Values) -> bool:

@@ -17,6 +17,8 @@ from recordings.maps import ResponseMaps
 REST = 1e-9
 # Points each way in a pixel by which it is told how much of it lies within a disc.
 FINE = 8
+# What numpy calls the edges that scipy calls so.
+PADDED = {"reflect": "symmetric", "constant": "constant"}
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
@@ -24,7 +26,7 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     if not any(values[n] for n in ("variance", "haze", "steeper")):
         return world
     how = looking(world)
-    said = ("variance", "amount", "kept", "taller", "flat", "haze", "wide", "steeper", "coarse")
+    said = ("variance", "amount", "kept", "taller", "flat", "haze", "wide", "steeper", "coarse", "lost")
     wide, high = how.taken.image_size
     rows, columns = world.depth_m.shape
     steps = high / rows, wide / columns
@@ -43,6 +45,7 @@ def redrawn(
     wide_px2: float = 2500.0,
     steeper: float = 0.0,
     coarse: float = 0.0,
+    lost: float = 0.0,
     steps_px: tuple[float, float] = (1.0, 1.0),
 ) -> np.ndarray:
     """(P, Y, X) table of maps after walks of this variance; sharpened where it is negative.
@@ -51,7 +54,11 @@ def redrawn(
     """
     _, _, counts = table(maps)
     if variance_px2:
-        counts = walked(counts, variance_px2, amount, kept, taller, flat, coarse, steps_px)
+        ends = (
+            walked(counts, abs(variance_px2), taller, flat, coarse, steps_px, edge) for edge in ("reflect", "constant")
+        )
+        spread = sum(part * end for part, end in zip((1 - lost, lost), ends, strict=True) if part)
+        counts = spread if variance_px2 > 0 else sharpened(counts, spread, amount, kept)
     if haze:
         counts = (1 - haze) * counts + haze * strayed(counts, wide_px2)
     if not steeper:
@@ -65,20 +72,19 @@ def redrawn(
 def walked(
     counts: np.ndarray,
     variance_px2: float,
-    amount: float,
-    kept: float,
     taller: float,
     flat: float,
     coarse: float,
     steps_px: tuple[float, float],
+    edge: str,
 ) -> np.ndarray:
-    """(P, Y, X) counts after walks of this variance; sharpened where it is negative."""
-    spread = strayed(counts, abs(variance_px2), taller)
+    """(P, Y, X) counts after walks of this variance; beyond the table it is as `edge` says, mirrored or nothing."""
+    spread = strayed(counts, variance_px2, taller, edge=edge)
     if coarse:
-        spread = (1 - coarse) * spread + coarse * strayed(counts, abs(variance_px2), taller, steps_px)
+        spread = (1 - coarse) * spread + coarse * strayed(counts, variance_px2, taller, steps_px, edge)
     if flat:
-        spread = (1 - flat) * spread + flat * under_a_disc(counts, abs(variance_px2), taller)
-    return spread if variance_px2 > 0 else sharpened(counts, spread, amount, kept)
+        spread = (1 - flat) * spread + flat * under_a_disc(counts, variance_px2, taller, edge)
+    return spread
 
 
 def sharpened(counts: np.ndarray, spread: np.ndarray, amount: float = 1.0, kept: float = 1.0) -> np.ndarray:
@@ -92,13 +98,18 @@ def sharpened(counts: np.ndarray, spread: np.ndarray, amount: float = 1.0, kept:
 
 
 def strayed(
-    counts: np.ndarray, variance_px2: float, taller: float = 0.0, steps_px: tuple[float, float] = (1.0, 1.0)
+    counts: np.ndarray,
+    variance_px2: float,
+    taller: float = 0.0,
+    steps_px: tuple[float, float] = (1.0, 1.0),
+    edge: str = "reflect",
 ) -> np.ndarray:
     """(P, Y, X) means of counts at the ends of walks, which have exp(± taller) times this variance down and along.
 
     A photon steps to its right or left at random times, each direction as often: it ends where the difference of two
     Poisson numbers says, which has the variance of their sum (Skellam, J. R. Stat. Soc. 109, 1946, 296). At the edge of
-    the table it turns back, as if there was a mirror. steps_px: how far a step goes, down and along.
+    the table it turns back, as if there was a mirror, or it ends where nothing is (`edge` "constant"). steps_px: how
+    far a step goes, down and along.
     """
     for axis, way, step in ((1, 1, steps_px[0]), (2, -1, steps_px[1])):
         walk = variance_px2 * np.exp(way * taller) / 2 / step**2
@@ -110,15 +121,15 @@ def strayed(
         ends /= ends.sum()
         counts = counts.astype(float)
         if step == 1:  # From pixel to pixel: nothing has to be read between them.
-            counts = correlate1d(counts, ends, axis=axis, mode="reflect")
+            counts = correlate1d(counts, ends, axis=axis, mode=edge)
         else:
             far = [(np.arange(3) == axis) * step * k for k in number]
             each = zip(ends, far, strict=True)
-            counts = sum(part * shift(counts, away, order=1, mode="reflect") for part, away in each if part > REST)
+            counts = sum(part * shift(counts, away, order=1, mode=edge) for part, away in each if part > REST)
     return counts
 
 
-def under_a_disc(counts: np.ndarray, variance_px2: float, taller: float = 0.0) -> np.ndarray:
+def under_a_disc(counts: np.ndarray, variance_px2: float, taller: float = 0.0, edge: str = "reflect") -> np.ndarray:
     """(P, Y, X) means of counts over a disc, or an ellipse that has exp(± taller) times this variance down and along.
 
     Even over an ellipse of half-axis a, places along it have the variance a²/4. Of a pixel at its rim, the part counts
@@ -130,5 +141,5 @@ def under_a_disc(counts: np.ndarray, variance_px2: float, taller: float = 0.0) -
     y, x = (np.add.outer(np.arange(-n, n + 1), within).ravel() for n in (rows, columns))
     inside = ((y / down) ** 2)[:, None] + (x / along) ** 2 <= 1
     kernel = inside.reshape(2 * rows + 1, FINE, 2 * columns + 1, FINE).mean(axis=(1, 3))
-    padded = np.pad(counts.astype(float), ((0, 0), (rows, rows), (columns, columns)), mode="symmetric")
+    padded = np.pad(counts.astype(float), ((0, 0), (rows, rows), (columns, columns)), mode=PADDED[edge])
     return np.maximum(fftconvolve(padded, kernel[None] / kernel.sum(), mode="valid", axes=(1, 2)), 0)

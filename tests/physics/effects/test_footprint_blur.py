@@ -141,6 +141,15 @@ def test_a_wide_blur_is_scipys():
     np.testing.assert_allclose(blurred(image, 64.0), gaussian_filter(image, 8.0, mode="reflect", truncate=8), atol=1e-3)
 
 
+@pytest.mark.parametrize("lost", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("at", [(41.0, 28.0), (3.0, 28.0), (78.0, 57.0)])
+def test_what_is_blurred_beyond_the_image_is_mirrored_or_lost(lost, at):
+    image = gaussian(9.0, *at)
+    mirrored, gone = (gaussian_filter(image, 8.0, mode=edge) for edge in ("reflect", "constant"))
+    found = Blur(64.0, lost=lost)(image[None])[0]
+    np.testing.assert_allclose(found, (1 - lost) * mirrored + lost * gone, atol=6e-3 * image.max())
+
+
 @pytest.mark.parametrize("taller", [-0.9, 0.6])
 def test_a_patch_that_is_longer_one_way_blurs_more_that_way(taller):
     image = np.random.default_rng(8).random((90, 120))

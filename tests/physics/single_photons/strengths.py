@@ -86,6 +86,7 @@ STRENGTHS = {
         {"haze": 0.2, "wide": 6400},
         {"steeper": 0.3},
         {"variance": 400, "haze": 0.3, "wide": 2500, "steeper": -0.2},
+        {"variance": 1600, "lost": 0.9},
     ],
     "footprint_shift": [
         {"x": 20, "y": -15},
