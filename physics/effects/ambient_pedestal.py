@@ -10,6 +10,8 @@ from physics.walk import BETWEEN, LEVELS, walk_parameters, walk_starts, walked
 
 # Frames that tell a beat from a trend. Of what they show most, they show that part of a wave which counts as seen.
 FEWEST, SEEN = 8, 1e-2
+# How often lamps on the mains flicker, and by how much more or less.
+MAINS_HZ, MAINS_OFF_HZ = (100.0, 120.0), 0.5
 # Levels of a walk, one fewer than others have: what walks has a number of its own.
 WALKED = 5
 
@@ -113,13 +115,15 @@ class AmbientPedestal(Effect):
 def _beat(time_s: np.ndarray, level: np.ndarray, told: np.ndarray) -> list[dict[str, float]]:
     """The wave that explains most of levels (F,), weighted (F,); none where frames are too few.
 
-    Lomb 1976, Astrophys. Space Sci. 39, 447, with a mean of its own: of each frame's level as all its cells tell.
+    Lomb 1976, Astrophys. Space Sci. 39, 447, with a mean of its own: of each frame's level as all its cells tell. It is
+    slower than frames follow, or as lamps on the mains: frames that come unevenly tell these apart.
     """
     span_s = float(np.ptp(time_s))
     if len(time_s) < FEWEST or not span_s > 0:
         return []
     highest = 0.5 / float(np.median(np.diff(time_s)))
-    frequencies = np.arange(0.5 / span_s, highest, 0.2 / span_s)
+    bands = [(0.5 / span_s, highest), *((mains - MAINS_OFF_HZ, mains + MAINS_OFF_HZ) for mains in MAINS_HZ)]
+    frequencies = np.concatenate([np.arange(*band, 0.2 / span_s) for band in bands])
     power = lombscargle(time_s, level, 2 * np.pi * frequencies, weights=told / told.sum(), floating_mean=True)
     if not power.any():
         return []

@@ -48,10 +48,11 @@ def test_it_shrinks_to_none_but_not_below(small):
     np.testing.assert_allclose(rest[..., 0], [[4, 1, 2, 10], [1, 0, 0, 7], [0, 0, 0, 4]], atol=1e-9)
 
 
-def test_a_lamp_beats_with_the_frames(small):
-    """Level times 1 + a·cos(2πf·t - φ), in sine and cosine; and the data tell which."""
-    frames, amount, turned, frequency = 40, 0.7, 1.1, 2.3
-    time_s = 0.06 * np.arange(frames)
+@pytest.mark.parametrize("frequency", [2.3, 100.0, 119.8])
+def test_a_lamp_beats_with_the_frames(small, frequency):
+    """Level times 1 + a·cos(2πf·t - φ), in sine and cosine; and the data tell which, where frames come unevenly."""
+    frames, amount, turned = 40, 0.7, 1.1
+    time_s = 0.06 * np.arange(frames) + 3e-3 * np.random.default_rng(1).uniform(-1, 1, frames)
     walls = np.ones((frames, 6, 10))
     light = direct_light(walls, INTRINSICS, None, walls, time_s=time_s)
     model = ForwardModel(light, small.footprints, small.clock, 3.0)
