@@ -65,7 +65,7 @@ def test_the_verdict_is_in_it(rows, explanations):
     (text,) = column(rows["/verdict"], "TextDocument:text")[0]
     assert text == verdict_text(explanations["explained"].verdict)
     assert "impulse tail" in text
-    assert "delay [1]: −34.0 ± 3.0 ps" in text
+    assert "duration [1]: −34.0 ± 3.0 ps" in text
 
 
 @pytest.mark.parametrize("kind", ["agrees", "unknown", "nothing fits"])
