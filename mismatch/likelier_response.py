@@ -49,7 +49,7 @@ def likelier_clock(
     clock = longer(part.clock, BEFORE, AFTER)
     for turn in range(ROUNDS):
         part = replace(simulation, clock=clock).of(chosen)
-        cells = _Cells(part, _light(part, settings), alive, gain, settings)
+        cells = _Cells(part, _light(part, gain, settings), alive, gain, settings)
         response = cells.with_ends() if turn == 0 else cells.response * cells.gain
         for _ in range(STEPS):
             response = cells.stepped(response)
@@ -65,9 +65,9 @@ def likelier_clock(
     return clock
 
 
-def _light(part: Simulation, settings: tuple[Setting, ...]) -> Arrivals:
+def _light(part: Simulation, gain: float, settings: tuple[Setting, ...]) -> Arrivals:
     """What arrives at zones by effects that are there in all frames and look at none but their own."""
-    now = part.rendering(1.0)
+    now = part.rendering(gain)
     acting = [s for s in in_order(settings) if not s.since_s and not s.effect.mixes(s.values)]
     for noun in ("light", "footprints", "arrivals"):
         if noun == "arrivals":

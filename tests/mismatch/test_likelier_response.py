@@ -8,6 +8,8 @@ import pytest
 from mismatch.fit import fit_nominal
 from mismatch.likelier_response import likelier_clock
 from mismatch.open_simulation import simulation_of
+from mismatch.poisson import deviance as deviance_of
+from physics.effects import find_effect
 from physics.pulse import ImpulseResponse
 
 
@@ -34,6 +36,20 @@ def test_what_is_true_stays_but_for_noise(counted):
     found = likelier_clock(counted)
     assert abs(deviance(counted, found) - deviance(counted, counted.clock)) < 150
     assert np.abs(found.time_zero_s - counted.clock.time_zero_s).max() < 5e-12
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("cover_glass_crosstalk", {"counts": 400.0, "delay": 0.0}), ("range_walk", {"walk": 2e-10, "level": 3000.0})],
+)
+def test_beside_what_is_there_it_stays_too(counted, rig, name, values):
+    """Also beside what goes by counts, not by parts of the light."""
+    there = (find_effect(name).at(**values),)
+    counts = np.random.default_rng(5).poisson(rig.expected(*there)).astype(float)
+    recorded = replace(counted, counts=counts)
+    found = replace(recorded, clock=likelier_clock(recorded, rig.gain, there))
+    before, after = (deviance_of(counts, one.expected(rig.gain, there)).sum() for one in (recorded, found))
+    assert abs(after - before) < 150
 
 
 def test_an_end_that_was_cut_off_comes_back(counted):
