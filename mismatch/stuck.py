@@ -15,7 +15,8 @@ EVEN = 4.0
 def stuck(simulation: Simulation, expected: np.ndarray) -> Check:
     """Whether a bit is the same in all counts of a zone, (F, P, T) of which as many are expected, by a tiny chance.
 
-    A counter that is full lacks the bits of what it cannot hold: only bits below the highest that a zone has are told.
+    A counter that is full lacks the bits of what it cannot hold, and has those of its largest count however many came:
+    only bits below the highest that a zone has are told, by counts that are not its largest.
     """
     counts = np.rint(simulation.recorded).astype(np.int64)
     mean = expected if simulation.trust is None else expected / simulation.trust
@@ -23,10 +24,11 @@ def stuck(simulation: Simulation, expected: np.ndarray) -> Check:
     for zone in range(counts.shape[1]):
         seen, due = counts[:, zone].ravel(), mean[:, zone].ravel()
         tried += int(seen.max(initial=0)).bit_length()
+        free = seen < seen.max(initial=0)
         for bit in range(int(seen.max(initial=0)).bit_length() - 1):
-            has = (seen >> bit) & 1
+            has = (seen[free] >> bit) & 1
             if has.all() or not has.any():
-                there = set_chance(due, 1 << bit)
+                there = set_chance(due[free], 1 << bit)
                 log_p = float(np.log(np.maximum(there if has.all() else 1 - there, 1e-300)).sum())
                 if log_p < worst:
                     state = "set" if has.all() else "clear"

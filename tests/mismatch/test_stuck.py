@@ -44,3 +44,11 @@ def test_noise_full_counters_and_the_dark_have_none(seen):
     counts, mean = seen
     for few in (counts, np.minimum(counts, 255), np.minimum(counts, 200), counts[:1, :, :2], 0 * counts):
         assert told(few, mean[: len(few), :, : few.shape[2]]).p_value > 1e-3
+
+
+def test_a_full_counter_has_the_bits_of_its_largest_count():
+    """635 lacks the bit worth 128, however many came; what else a zone counts may be too little to have it."""
+    rng = np.random.default_rng(3)
+    mean = np.where(rng.random((24, 4, 48)) < 0.2, 5000.0, 30.0)
+    full, capped = np.minimum(rng.poisson(mean), 635), np.minimum(mean, 635.0)
+    assert told(full, capped).p_value > 1e-3
