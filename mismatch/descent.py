@@ -7,12 +7,15 @@ from mismatch.form import Form
 from mismatch.looks import deviance_at, equations
 from mismatch.noise import Nuisances
 from mismatch.pattern import Pattern, held
+from mismatch.secant import Secant
 from mismatch.simulation import Simulation
 from mismatch.steps import bounded_step, limits
 from recordings.refusal import Refusal
 
 # Deviance by which a step must still gain; far below what one parameter gains by chance.
 SETTLED = 0.05
+# And where much is left beyond noise, this part of it: names are told apart by more.
+SETTLED_PART = 1e-5
 # Levenberg's damping up to which a step is nearly the whole one.
 FREE = 0.1
 MOST_STEPS = 25
@@ -54,7 +57,7 @@ class Descent:
         self._precision = np.diag(held(forms)) if pattern is None else pattern.prior(len(self.x))
         if pattern is not None:
             self._nothing[pattern.which] = pattern.nothing
-        self.hoped, self.over, self._damping, self._steps = -np.inf, False, 1e-3, 0
+        self.hoped, self.over, self._damping, self._steps, self._secant = -np.inf, False, 1e-3, 0, Secant()
 
     def run(self, most_steps: int = MOST_STEPS) -> "Descent":
         """So many steps, or until it is over."""
@@ -68,7 +71,8 @@ class Descent:
         """One step, with as much damping as it takes to gain."""
         columns, self._slopes = derivatives(self.simulation, self.forms, self.x, self.expected, self._slopes)
         gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns, nearly=True)
-        gradient, curvature = gradient - self._precision @ (self.x - self._nothing), curvature + self._precision
+        gradient = gradient - self._precision @ (self.x - self._nothing)
+        curvature = self._secant.curvature(gradient, curvature + self._precision)
         whole = bounded_step(gradient, curvature, 0.0, self.x, self.low, self.high)
         promised = float(2 * gradient @ whole - whole @ curvature @ whole)
         for _ in range(MOST_TRIES):
@@ -91,11 +95,13 @@ class Descent:
             self.over = True
             return
         damped = self._damping
+        self._secant.took(there - self.x, won, damped > FREE)
         self.x, self.expected, self.deviance, self._damping = there, then, reached, damped / 10
         self.hoped = reached - AHEAD * max(won, promised - won)
         # A short step gains little wherever it is: only one that was hardly damped says that no more is to be had.
         self._steps += 1
-        self.over = (won < SETTLED and damped <= FREE) or self._steps == MOST_STEPS
+        settled = max(SETTLED, SETTLED_PART * (reached - then.size))
+        self.over = (won < settled and damped <= FREE) or self._steps == MOST_STEPS
 
     def _unlikely(self, x: np.ndarray) -> float:
         """Deviance of numbers that are drawn, or held at nothing."""

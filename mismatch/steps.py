@@ -7,11 +7,12 @@ from scipy.sparse.linalg import spsolve
 
 from mismatch.coordinate import bounds
 from mismatch.form import Form
+from mismatch.secant import MANY
 
 # No light is that many times brighter or fainter than counts are few: beyond, numbers would overflow.
 MOST_LOG_GAIN = 230.0
-# Matrices of more numbers than these are asked first how much of them is filled, and solved as sparse below this part.
-MANY, FILLED = 200, 0.1
+# Matrices of many numbers are asked first how much of them is filled, and solved as sparse below this part.
+FILLED = 0.1
 
 
 def bounded_step(gradient, curvature, damping, x, low, high) -> np.ndarray:
