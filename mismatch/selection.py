@@ -12,6 +12,7 @@ from mismatch.fluctuation import frame_gain_sigma
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
 from mismatch.promising import MOST_FITTED, candidates_among
+from mismatch.race import BEYOND
 from mismatch.ranking import ranked
 from mismatch.refined import refined
 from mismatch.score import Score
@@ -77,9 +78,25 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
         rounds = [*rounds, Round(now, tuple(scores), tried, tuple(candidates), best)]
         if best is None:
             return rounds
-        now = refreshed(train, refined(train, test, without_superfluous(train, best.fit), forms))
+        now = refreshed(train, _likeliest_way(train, test, forms, best, candidates))
     scores, tried = ranked(train, now, others_than(now, forms))
     return [*rounds, Round(now, tuple(scores), tried, (), None)]
+
+
+def _likeliest_way(
+    train: Simulation, test: Simulation, forms: list[Form], best: Candidate, candidates: list[Candidate]
+) -> Fit:
+    """The fit of a candidate as it is refined; or of the plainest of its effect, where that comes to what is likelier.
+
+    What a number for each zone takes up one for all may as well, with more said of how it is there.
+    """
+    found = refined(train, test, without_superfluous(train, best.fit), forms)
+    alike = [c for c in candidates if best.form.own and c.form.effect is best.form.effect and not c.form.own]
+    plain = min(alike, key=lambda c: c.criterion, default=None)
+    if plain is None or plain.criterion > best.criterion + BEYOND:
+        return found
+    other = refined(train, test, without_superfluous(train, plain.fit), forms)
+    return min(found, other, key=lambda one: one.deviance + cost(train, one))
 
 
 def _leaving(chosen: Candidate) -> float:

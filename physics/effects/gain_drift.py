@@ -15,12 +15,13 @@ SETTLED = 0.3
 class GainDrift(Effect):
     """After t seconds there are g times the counts of laser light, and
 
-        g = exp(rate·(t - zero_at) + curve·t² + warmup·exp(-t/τ) + w(t))
+        g = exp(d(t) - d(zero_at) + warmup·exp(-t/τ)), d(t) = rate·t + curve·t² + w(t)
 
     A factor that stays positive; a laser that warms up settles exponentially. What follows no formula walks or jumps:
     w(t) is a spline through 0 at the start and levels at even times, and a jump (`physics.walk`). The background has
     g(t)^background times its counts: the laser's power leaves it as it is (0), the detector's sensitivity drifts for
-    both alike (1). Detectors of some zones may drift faster than those of others, and be alike at `zero_at`.
+    both alike (1). At `zero_at`, the start or later within the session, the background is as it was recorded but for a
+    jump, and detectors of zones that drift at different rates are alike.
     """
 
     id = "gain_drift"
@@ -41,8 +42,10 @@ class GainDrift(Effect):
         (*LEVELS, *BETWEEN, "background"),
         ("jump", "background"),
         ("rate", "curve", "zero_at", "background"),
+        (*LEVELS, "zero_at", "background"),
+        (*LEVELS, *BETWEEN, "zero_at", "background"),
     )
-    richer = forms[-1:]
+    richer = forms[-3:]
     parameters = (
         Parameter(
             "rate",
@@ -82,7 +85,7 @@ class GainDrift(Effect):
             tries=(0.5, 5.0),
             sentence="Time constant of the warming up.",
         ),
-        Parameter("zero_at", "s", 0.0, 1e5, 0.0, "When zones that drift at different rates are alike.", tries=(0.1,)),
+        Parameter("zero_at", "s", 0.0, 1e5, 0.0, "When it is nothing, but for warming up.", tries=(0.1,)),
         *walk_parameters("1", 5.0, 0.05),
         Parameter(
             "background",
@@ -98,10 +101,12 @@ class GainDrift(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Signal and background of every frame times the factors of its time."""
         time_s = rendering.light.time_s[:, None, None]
+        right = min(values["zero_at"], time_s.max())
         rate, warmup = (np.atleast_1d(values[name])[:, None] for name in ("rate", "warmup"))
-        change = rate * (time_s - values["zero_at"]) + values["curve"] * time_s**2
+        change = rate * (time_s - right) + values["curve"] * (time_s**2 - right**2)
+        change = change + walked(values, time_s) - walked(values | {"jump": 0.0}, np.array(right))
         # No laser changes by more than this; beyond, numbers overflow.
-        change = change + warmup * np.exp(-time_s / values["tau"]) + walked(values, time_s)
+        change = change + warmup * np.exp(-time_s / values["tau"])
         change = np.clip(change, -MOST, MOST)
         # Of what an effect before this one has taken away there cannot be more than there is.
         background = np.minimum(rendering.background, rendering.expected)

@@ -29,5 +29,11 @@ def _times(world: World, values: Values) -> np.ndarray:
     """(P,) factor of each zone by now."""
     now = world.time_s
     settled = by_zone(world, values["warmup"]) * np.exp(-now / values["tau"])
-    common = values["curve"] * now**2 + height_by_now(values, now)
-    return np.exp(by_zone(world, values["rate"]) * (now - values["zero_at"]) + settled + common)
+    right = _since_start(world, values | {"jump": 0.0}, values["zero_at"])
+    return np.exp(_since_start(world, values, now) - right + settled)
+
+
+def _since_start(world: World, values: Values, time_s: float) -> np.ndarray:
+    """(P,) logarithm of what it has come to by a time, but for warming up."""
+    steady = by_zone(world, values["rate"]) * time_s + values["curve"] * time_s**2
+    return steady + height_by_now(values, time_s)

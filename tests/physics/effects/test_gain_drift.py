@@ -54,6 +54,17 @@ def test_zones_may_drift_each_at_its_own_rate(small):
     np.testing.assert_allclose(found[1], model.expected(50.0)[1], rtol=1e-12)
 
 
+@pytest.mark.parametrize("drift", [{"rate": 3, "curve": -9}, {"level_1": 0.4, "level_3": -0.3, "every": 0.06}])
+def test_it_may_be_nothing_at_another_time_than_the_start(model, drift):
+    """The background is as it was recorded then, and all else what it is without, but for a factor of the session."""
+    before, then = (model.expected(50.0, [effect.at(**drift, zero_at=at, background=1)]) for at in (0, 0.1))
+    np.testing.assert_allclose(then[1], model.expected(50.0)[1], rtol=1e-12)
+    ratio = then / before
+    np.testing.assert_allclose(ratio, ratio[0, 0, 0], rtol=1e-12)
+    late = model.expected(50.0, [effect.at(**drift, zero_at=7, background=1)])
+    np.testing.assert_allclose(late[2], model.expected(50.0)[2], rtol=1e-12)
+
+
 def test_a_pedestal_is_background_and_no_laser_dims_it(model):
     both = model.expected(50.0, [effect.at(rate=4), pedestal.at(level=7)])
     np.testing.assert_allclose(both - model.expected(50.0, [effect.at(rate=4)]), 7)

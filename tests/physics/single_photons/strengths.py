@@ -106,6 +106,8 @@ STRENGTHS = {
         {"jump": -0.6, "jump_at": 0.05},
         {"rate": [2, -3, 0, 4], "zero_at": 0.04, "background": 1},
         {"warmup": [0.6, 0, -0.4, 0.2], "tau": 0.1, "background": 0.5},
+        {"rate": 0, "level_1": 0.4, "between_3": -0.2, "level_4": 0.3, "every": 0.05, "zero_at": 0.06, "background": 1},
+        {"rate": 2, "curve": 6, "zero_at": 0.13, "background": 1},
     ],
     "impulse_tail": [
         {"share": 0.5, "tau": 6e-10},
