@@ -1,7 +1,7 @@
 """Other beginnings: where one effect after the other leads elsewhere, depending on which was chosen first."""
 
 from mismatch.candidates import Candidate
-from mismatch.exchanged import exchanged
+from mismatch.exchanged import exchanged, one_in_another_form
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
@@ -13,6 +13,8 @@ from mismatch.simulation import Simulation
 OTHERS = 2
 # Twice the logarithm of the odds at which two causes are believed in place of what is neither stretched nor leaves any.
 TWO_FOR_ONE = 10.0
+# Where odds are nearer than this what was chosen first may have another form beside what came after it.
+NEAR = 60.0
 # So many numbers make a shape that may hold two causes: a drift that slows down beside one of another kind.
 RICH = 3
 # Deviance that is much to gain, and part of it that frames held out should gain at least to judge it.
@@ -51,6 +53,9 @@ def _likeliest(train: Simulation, test: Simulation, forms: list[Form], best: lis
         if two and len(other[-1].before.forms) < 2:
             continue  # What stands in the place of one alone is a matter of contests.
         there = _evidence(train, test, other)
+        if abs(there - likeliest) < NEAR:
+            other, _ = one_in_another_form(train, test, forms, other)
+            there = _evidence(train, test, other)
         if there > likeliest + (TWO_FOR_ONE if two else 0.0):
             best, likeliest = other, there
     return best

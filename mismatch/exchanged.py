@@ -36,7 +36,7 @@ def exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: li
             rounds = onward(train, test, forms, stay, less)
         rounds, other = _one_exchanged(train, test, forms, rounds)
         if not other:
-            rounds, other = _one_in_another_form(train, test, forms, rounds)
+            rounds, other = one_in_another_form(train, test, forms, rounds)
         if less is found and not other:
             break
     return rounds
@@ -67,7 +67,7 @@ def _one_exchanged(
     return rounds, False
 
 
-def _one_in_another_form(
+def one_in_another_form(
     train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]
 ) -> tuple[list[Round], bool]:
     """Rounds in which one of several effects has another form of its own, which is likelier beside the others.
