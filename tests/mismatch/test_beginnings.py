@@ -40,6 +40,7 @@ def tried(monkeypatch):
     monkeypatch.setattr(beginnings, "begun_with", begun_with)
     monkeypatch.setattr(beginnings, "evidence", lambda train, test, fitted: made.likely.get(fitted.name, 0.0))
     monkeypatch.setattr(beginnings, "exchanged", lambda train, test, forms, rounds: rounds)
+    monkeypatch.setattr(beginnings, "one_in_another_form", lambda train, test, forms, rounds: (rounds, False))
     monkeypatch.setattr(beginnings, "what_is_left", lambda train, fitted: made.left)
     return made
 
@@ -69,6 +70,21 @@ def test_none_is_tried_where_enough_was_rendered(tried, monkeypatch):
 def test_the_likelier_is_kept(tried, name):
     tried.left, tried.likely[name] = ("a place",), 11.0
     assert selected() == name
+
+
+@pytest.mark.parametrize(("likelihood", "kept"), [(-49.0, "walk"), (-51.0, "tail")])
+def test_what_is_nearly_as_likely_may_have_another_form(tried, monkeypatch, likelihood, kept):
+    """Of what was chosen first, beside what came after; where odds are far it is not tried."""
+
+    def in_another(train, test, forms, rounds):
+        (last,) = rounds
+        name = last.before.name
+        return [SimpleNamespace(before=SimpleNamespace(name=name + " in another form"), minor=None)], True
+
+    monkeypatch.setattr(beginnings, "one_in_another_form", in_another)
+    tried.left, tried.likely = ("a place",), {"tail": 10.0, "walk": likelihood, "fog": -1e3}
+    tried.likely["walk in another form"] = 11.0
+    assert selected().split()[0] == kept
 
 
 def test_what_is_too_little_to_name_counts(tried):

@@ -6,11 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mismatch import selection
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms, forms_of
 from mismatch.refined import enriched
 from mismatch.rivals import rivals
-from mismatch.selection import _leaving, others_than, select
+from mismatch.selection import _leaving, _likeliest_way, others_than, select
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -52,6 +53,28 @@ def test_a_rival_gains_the_parameter_it_lacked(drawn):
     found = enriched(train, fitted, forms)
     assert "jitter" in found.forms[0].free
     assert found.deviance < fitted.deviance - 20
+
+
+@pytest.mark.parametrize(("own", "behind", "richer", "kept"), [
+    (("apart",), 100.0, 8.0, "error"),
+    (("apart",), 100.0, 12.0, "apart"),  # It is likelier with a number for each zone.
+    (("apart",), 130.0, 8.0, "apart"),  # Too far behind to be tried.
+    ((), 100.0, 8.0, "apart"),  # One number for all as well.
+])  # fmt: skip
+def test_the_plainest_way_of_an_effect_gets_its_chance(monkeypatch, own, behind, richer, kept):
+    """Made richer, beside a number for each zone."""
+    effect = SimpleNamespace(id="clock")
+
+    def found(name, own, criterion):
+        form = SimpleNamespace(effect=effect, own=own, name=name)
+        return SimpleNamespace(form=form, criterion=criterion, fit=SimpleNamespace(name=name, forms=[form]))
+
+    best, plain, worse = found("apart", own, 20.0), found("error", (), 20.0 + behind), found("warmup", (), 200.0)
+    ends = {"apart": 10.0, "error": richer, "warmup": 0.0}
+    monkeypatch.setattr(selection, "refined", lambda train, test, fit, forms: SimpleNamespace(
+        name=fit.name, deviance=ends[fit.name]))  # fmt: skip
+    monkeypatch.setattr(selection, "cost", lambda train, fit: 0.0)
+    assert _likeliest_way(None, None, [], best, [best, worse, plain]).name == kept
 
 
 @pytest.mark.parametrize(("name", "part"), [("mirrored_zones", 0.25), ("range_walk", 1.0)])
