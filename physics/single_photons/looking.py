@@ -73,8 +73,8 @@ def looking_so(world: World, how: Looking) -> World:
 
 
 def reach_px(maps: ResponseMaps) -> float:
-    """How far beyond the hull a map is continued: a tenth of the side of the square each position has to itself."""
-    return 0.1 * float(np.sqrt(ConvexHull(_positions(maps)).volume / len(maps.xs)))
+    """How far beyond the hull a map goes on: 0.03 sides of the square that each position has to itself."""
+    return 0.03 * float(np.sqrt(ConvexHull(_positions(maps)).volume / len(maps.xs)))
 
 
 def continued(maps: ResponseMaps, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
