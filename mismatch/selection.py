@@ -86,17 +86,19 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
 def _likeliest_way(
     train: Simulation, test: Simulation, forms: list[Form], best: Candidate, candidates: list[Candidate]
 ) -> Fit:
-    """The fit of a candidate as it is refined; or of the plainest of its effect, where that comes to what is likelier.
+    """The fit of a candidate as it is refined; or of the best other way of its effect, where that comes to more.
 
-    What a number for each zone takes up one for all may as well, with more said of how it is there.
+    That is one number for all in place of a number for each zone, or what is strong there is another: with more said of
+    how it is there it may be the likelier, which no richer form of the first says.
     """
     found = refined(train, test, without_superfluous(train, best.fit), forms)
-    alike = [c for c in candidates if best.form.own and c.form.effect is best.form.effect and not c.form.own]
-    plain = min(alike, key=lambda c: c.criterion, default=None)
-    if plain is None or plain.criterion > best.criterion + BEYOND:
+    alike = [c for c in candidates if c.form.effect is best.form.effect and not c.form.own]
+    others = [c for c in alike if best.form.own or c.form.strengths != best.form.strengths]
+    other = min(others, key=lambda c: c.criterion, default=None)
+    if other is None or other.criterion > best.criterion + BEYOND:
         return found
-    other = refined(train, test, without_superfluous(train, plain.fit), forms)
-    return min(found, other, key=lambda one: one.deviance + cost(train, one))
+    there = refined(train, test, without_superfluous(train, other.fit), forms)
+    return min(found, there, key=lambda one: one.deviance + cost(train, one))
 
 
 def _leaving(chosen: Candidate) -> float:

@@ -52,8 +52,10 @@ class FootprintBlur(Effect):
         ("variance", "taller", "amount", "kept"),
         ("variance", "lost"),
         ("variance", "taller", "lost"),
+        ("variance", "coarse", "lost"),
+        ("variance", "taller", "coarse", "lost"),
     )
-    richer = forms[-3:]
+    richer = forms[-5:]
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(

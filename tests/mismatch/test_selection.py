@@ -55,18 +55,20 @@ def test_a_rival_gains_the_parameter_it_lacked(drawn):
     assert found.deviance < fitted.deviance - 20
 
 
-@pytest.mark.parametrize(("own", "behind", "richer", "kept"), [
-    (("apart",), 100.0, 8.0, "error"),
-    (("apart",), 100.0, 12.0, "apart"),  # It is likelier with a number for each zone.
-    (("apart",), 130.0, 8.0, "apart"),  # Too far behind to be tried.
-    ((), 100.0, 8.0, "apart"),  # One number for all as well.
+@pytest.mark.parametrize(("own", "strengths", "behind", "richer", "kept"), [
+    (("apart",), ("error",), 100.0, 8.0, "error"),
+    (("apart",), ("error",), 100.0, 12.0, "apart"),  # It is likelier with a number for each zone.
+    (("apart",), ("error",), 130.0, 8.0, "apart"),  # Too far behind to be tried.
+    ((), ("error",), 100.0, 8.0, "apart"),  # The same with more said of it is tried in any case.
+    ((), ("haze",), 100.0, 8.0, "error"),  # What is strong is another.
 ])  # fmt: skip
-def test_the_plainest_way_of_an_effect_gets_its_chance(monkeypatch, own, behind, richer, kept):
-    """Made richer, beside a number for each zone."""
+def test_another_way_of_an_effect_gets_its_chance(monkeypatch, own, strengths, behind, richer, kept):
+    """Made richer, beside a number for each zone or another strength."""
     effect = SimpleNamespace(id="clock")
 
     def found(name, own, criterion):
-        form = SimpleNamespace(effect=effect, own=own, name=name)
+        strong = strengths if name == "apart" else ("error",)
+        form = SimpleNamespace(effect=effect, own=own, name=name, strengths=strong)
         return SimpleNamespace(form=form, criterion=criterion, fit=SimpleNamespace(name=name, forms=[form]))
 
     best, plain, worse = found("apart", own, 20.0), found("error", (), 20.0 + behind), found("warmup", (), 200.0)

@@ -87,6 +87,7 @@ STRENGTHS = {
         {"steeper": 0.3},
         {"variance": 400, "haze": 0.3, "wide": 2500, "steeper": -0.2},
         {"variance": 1600, "lost": 0.9},
+        {"variance": 900, "taller": 0.3, "coarse": 0.8, "lost": 1},
     ],
     "footprint_shift": [
         {"x": 20, "y": -15},
