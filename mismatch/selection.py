@@ -11,6 +11,7 @@ from mismatch.fit import Fit, expected_at, fit, fit_nominal
 from mismatch.fluctuation import frame_gain_sigma
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
+from mismatch.leftover import what_is_left
 from mismatch.promising import MOST_FITTED, candidates_among
 from mismatch.race import BEYOND
 from mismatch.ranking import ranked
@@ -88,14 +89,16 @@ def _likeliest_way(
 ) -> Fit:
     """The fit of a candidate as it is refined; or of the best other way of its effect, where that comes to more.
 
-    That is one number for all in place of a number for each zone, or what is strong there is another: with more said of
-    how it is there it may be the likelier, which no richer form of the first says.
+    That is one number for all in place of a number for each zone, or what is strong there is another, where something
+    is left: with more said of how it is there it may be the likelier, which no richer form of the first says.
     """
     found = refined(train, test, without_superfluous(train, best.fit), forms)
     alike = [c for c in candidates if c.form.effect is best.form.effect and not c.form.own]
     others = [c for c in alike if best.form.own or c.form.strengths != best.form.strengths]
     other = min(others, key=lambda c: c.criterion, default=None)
     if other is None or other.criterion > best.criterion + BEYOND:
+        return found
+    if not best.form.own and not what_is_left(train, found):
         return found
     there = refined(train, test, without_superfluous(train, other.fit), forms)
     return min(found, there, key=lambda one: one.deviance + cost(train, one))

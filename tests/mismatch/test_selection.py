@@ -55,14 +55,15 @@ def test_a_rival_gains_the_parameter_it_lacked(drawn):
     assert found.deviance < fitted.deviance - 20
 
 
-@pytest.mark.parametrize(("own", "strengths", "behind", "richer", "kept"), [
-    (("apart",), ("error",), 100.0, 8.0, "error"),
-    (("apart",), ("error",), 100.0, 12.0, "apart"),  # It is likelier with a number for each zone.
-    (("apart",), ("error",), 130.0, 8.0, "apart"),  # Too far behind to be tried.
-    ((), ("error",), 100.0, 8.0, "apart"),  # The same with more said of it is tried in any case.
-    ((), ("haze",), 100.0, 8.0, "error"),  # What is strong is another.
+@pytest.mark.parametrize(("own", "strengths", "behind", "richer", "left", "kept"), [
+    (("apart",), ("error",), 100.0, 8.0, (), "error"),
+    (("apart",), ("error",), 100.0, 12.0, (), "apart"),  # It is likelier with a number for each zone.
+    (("apart",), ("error",), 130.0, 8.0, (), "apart"),  # Too far behind to be tried.
+    ((), ("error",), 100.0, 8.0, ("a place",), "apart"),  # The same with more said of it is tried in any case.
+    ((), ("haze",), 100.0, 8.0, ("a place",), "error"),  # What is strong is another.
+    ((), ("haze",), 100.0, 8.0, (), "apart"),  # Nothing is left for it.
 ])  # fmt: skip
-def test_another_way_of_an_effect_gets_its_chance(monkeypatch, own, strengths, behind, richer, kept):
+def test_another_way_of_an_effect_gets_its_chance(monkeypatch, own, strengths, behind, richer, left, kept):
     """Made richer, beside a number for each zone or another strength."""
     effect = SimpleNamespace(id="clock")
 
@@ -76,6 +77,7 @@ def test_another_way_of_an_effect_gets_its_chance(monkeypatch, own, strengths, b
     monkeypatch.setattr(selection, "refined", lambda train, test, fit, forms: SimpleNamespace(
         name=fit.name, deviance=ends[fit.name]))  # fmt: skip
     monkeypatch.setattr(selection, "cost", lambda train, fit: 0.0)
+    monkeypatch.setattr(selection, "what_is_left", lambda train, fit: left)
     assert _likeliest_way(None, None, [], best, [best, worse, plain]).name == kept
 
 
