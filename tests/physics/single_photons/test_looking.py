@@ -18,7 +18,7 @@ def even():
 
 def test_a_map_is_continued_from_its_nearest_place_and_falls_to_nothing_over_the_reach(even):
     reach = reach_px(even)
-    assert reach == pytest.approx(200 / 5 / 10)
+    assert reach == pytest.approx(200 / 5 * 0.03)
     x = np.array([300.0, 250.5, 199, 402.5, 300, 405.5, 400 + 3 * 0.6])
     y = np.array([300.0, 399.0, 300, 250, 403.9, 300, 400 + 3 * 0.8])
     beyond = np.array([0, 0, 1, 2.5, 3.9, 5.5, 3])
@@ -31,7 +31,7 @@ def test_the_table_is_the_map_at_whole_pixels(even):
     assert (x[0], x[-1], y[0], y[-1]) == (0, 847, 0, 479)
     assert counts.shape == (2, 480, 848)
     np.testing.assert_allclose(counts[1, 300, 200:401], 50)
-    np.testing.assert_allclose(counts[0, 300, 150:210], np.clip(100 * (1 - (200 - np.arange(150, 210)) / 4), 0, 100))
+    np.testing.assert_allclose(counts[0, 300, 150:210], np.clip(100 * (1 - (200 - np.arange(150, 210)) / 1.2), 0, 100))
 
 
 def test_zones_that_look_as_ever_see_what_they_saw(both):
