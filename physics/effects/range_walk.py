@@ -1,10 +1,15 @@
 """`range_walk`: the brighter a pulse, the earlier it is registered."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from physics.arrivals import Arrivals
+from physics.arrivals import Arrivals, arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.rendering import Rendering
+
+# A delay that differs by less than this part of itself over all that is seen does not go with the light.
+VARYING = 0.25
 
 
 class RangeWalk(Effect):
@@ -87,12 +92,15 @@ class RangeWalk(Effect):
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Light of each zone and frame, earlier by its own sum."""
-        signal = rendering.gain * _measured(rendering, values["fullest"])
-        level, reference = values["level"], values["reference"]
-        bounded = signal / (signal + level) - reference / (reference + level)
-        endless = np.log1p(signal / level) - np.log1p(reference / level)
-        early_s = np.atleast_1d(values["walk"]) * bounded + np.atleast_1d(values["logarithmic"]) * endless
-        return rendering.arrivals.delayed(-early_s)
+        return rendering.arrivals.delayed(-_early_s(values, rendering))
+
+    def strained(self, values: Values, rendering: Rendering) -> bool:
+        """Where all light is far above the level a walk is an offset, of each zone where each has its own."""
+        seen = rendering.arrivals or arrivals(rendering.light, rendering.footprints, rendering.clock)
+        early_s = _early_s(values, replace(rendering, arrivals=seen))
+        own = np.ndim(values["walk"]) or np.ndim(values["logarithmic"])
+        varies = np.ptp(early_s, axis=0 if own else None)
+        return bool(np.max(varies) < VARYING * np.abs(early_s).max())
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Time zero measured with the faintest, the usual and the brightest of what was recorded."""
@@ -106,6 +114,15 @@ class RangeWalk(Effect):
             # What is as it starts is not said, so that it is no number of the form's.
             found += ways if fullest == 0 else [way | {"fullest": fullest} for way in ways]
         return found
+
+
+def _early_s(values: Values, rendering: Rendering) -> np.ndarray:
+    """(F, P) seconds by which each zone registers a frame's light early."""
+    signal = rendering.gain * _measured(rendering, values["fullest"])
+    level, reference = values["level"], values["reference"]
+    bounded = signal / (signal + level) - reference / (reference + level)
+    endless = np.log1p(signal / level) - np.log1p(reference / level)
+    return np.atleast_1d(values["walk"]) * bounded + np.atleast_1d(values["logarithmic"]) * endless
 
 
 def _measured(rendering: Rendering, fullest: float) -> np.ndarray:

@@ -90,3 +90,15 @@ def test_it_begins_where_time_zero_may_have_been_measured(small):
     assert references[2] > 5e4
     for one in effect.starts(expected * 0, expected, start):
         effect.at(walk=1e-11, **one)
+
+
+@pytest.mark.parametrize(("walk", "level", "offset"), [
+    (5e-11, 1.0, True),
+    (5e-11, 3e5, False),
+    ([0, 0, 5e-11, 0], 1.0, True),
+    ([0, 0, 5e-11, 0], 3e5, False),
+])  # fmt: skip
+def test_where_all_light_is_far_above_the_level_it_is_an_offset(small, walk, level, offset):
+    """Counts of all zones and frames are thousands at this gain."""
+    rendering = Rendering(small.light, small.footprints, small.clock, 1e5)
+    assert effect.strained(effect.at(walk=walk, level=level).values, rendering) == offset
