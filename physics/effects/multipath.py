@@ -23,6 +23,9 @@ from physics.walls_around import by_walls_around, likely_distances
 SIDES_DEG = (0.0, 90.0, 180.0, -90.0)
 # By such a part of its time of flight light is late that has gone once across a cavity as wide as the target is far.
 LATE = 0.75
+# Of light that goes round and round as much is left after each way: its times are exponential, a breadth of 1. Beyond
+# this they have a tail of another kind.
+BROAD = 1.3
 
 
 class Multipath(Effect):
@@ -127,8 +130,8 @@ class Multipath(Effect):
     )
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """Whether light goes round for nearly as long as it flew: it is rather held by traps."""
-        return bool(values["cavity"] and values["cavity_late"] > LATE)
+        """Whether light goes round for nearly as long as it flew, or some much longer: it is rather held by traps."""
+        return bool(values["cavity"] and (values["cavity_late"] > LATE or values["cavity_breadth"] > BROAD))
 
     def owns_up(self, values: Values) -> bool:
         """Whether light goes between surfaces, of which the image shows one side."""

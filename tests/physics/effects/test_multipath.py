@@ -316,4 +316,5 @@ def test_a_cavity_that_holds_light_longer_than_it_is_wide_is_a_stretched_name():
     one = {"cavity": 0.1, "cavity_breadth": 0.5}
     assert not effect.strained(effect.at(**one, cavity_late=0.5).values, None)
     assert effect.strained(effect.at(**one, cavity_late=1.5).values, None)
+    assert effect.strained(effect.at(cavity=0.1, cavity_late=0.5, cavity_breadth=1.6).values, None)
     assert not effect.strained(effect.at(between=1.0, cavity=0.0, cavity_late=1.5).values, None)
