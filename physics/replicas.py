@@ -16,6 +16,8 @@ DARK = 0.01
 # What is told apart from a gain by less than this part is not told; a replica of all light must gain so much deviance;
 # and a spacing with less than this part of the most evidence is none.
 TOLD, SHOWN, PROMISING = 1e-3, 10.0, 0.2
+# A third pulse is looked for so many bins behind the second; it must tell for this part of what that does.
+BEHIND, ALSO = 2, 0.02
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class Replica:
     """A second pulse at a fixed distance. spacing_m: behind the first, negative before it.
     evidence: sum of squares of how many standard deviations there are more counts there than expected.
     nearest_m, farthest_m: ranges between which surfaces seem to have one. evidence_there: of these surfaces alone.
+    third: how far behind the second pulse another is, and how much of its light that has; None where none is.
     """
 
     spacing_m: float
@@ -30,6 +33,41 @@ class Replica:
     nearest_m: float
     farthest_m: float
     evidence_there: float
+    third: tuple[float, float] | None = None
+
+
+class _Matched:
+    """Matched filters for all of a zone's light once more, at all spacings, beside a gain of the whole.
+
+    light, noise: (F, P, T) counts, and one over their variance. dimmer: (F, P, 2T - 1) by spacing in bins.
+    whole: what tells of the gain. told: (2T - 1,) where a replica can be told from that; free: how well; information:
+    (P, 2T - 1) of each zone.
+    """
+
+    def __init__(self, light: np.ndarray, noise: np.ndarray, dimmer: np.ndarray, whole: float) -> None:
+        self._light, self._noise, self._dimmer = light, noise, dimmer
+        self.information = (dimmer**2 * correlation(light**2, noise)).sum(axis=0)
+        by_gain = (dimmer * correlation(light, light * noise)).sum(axis=(0, 1))
+        total = self.information.sum(axis=0)
+        self.free = total - by_gain**2 / max(whole, 1e-12)
+        # Where the gain can make nearly all of it, or all of the light once more would not show, there is none.
+        self.told = (self.free > TOLD * total) & (total > SHOWN)
+
+    def promised(self, excess: np.ndarray) -> np.ndarray:
+        """(P, 2T - 1) how an excess goes with the replica."""
+        return (self._dimmer * correlation(self._light, excess * self._noise)).sum(axis=0)
+
+    def third(self, excess: np.ndarray, spacing: float, evidence: float) -> tuple[float, float] | None:
+        """Bins behind a second pulse at which another is, of how much of its light; None where nothing tells of one."""
+        bins, free = self._light.shape[-1], np.where(self.told, self.free, 1)
+        at = spacing + bins - 1
+        part = max(float(self.promised(excess)[:, round(at)].sum()), 0.0) / free[round(at)]
+        left = excess - part * (self._dimmer[..., round(at), None] * _later(self._light, spacing))
+        again = np.maximum(self.promised(left).sum(axis=0), 0) / free
+        there = peaks(np.where(self.told & (np.arange(2 * bins - 1) >= at + BEHIND), again**2 * free, 0))
+        if part <= 0 or not there or there[0][1] < max(SHOWN, ALSO * evidence):
+            return None
+        return there[0][0] - at, float(again[round(there[0][0])] / part)
 
 
 def replicas(
@@ -53,15 +91,11 @@ def replicas(
     mean = ((light * ranges).sum(axis=-1) / np.maximum(light.sum(axis=-1), 1e-12))[..., None]
     mean = np.maximum(mean, NEAREST_M)
     dimmer = (mean / np.maximum(mean + shifts * metres, NEAREST_M)) ** falloff
-    promised = (dimmer * correlation(light, excess * noise)).sum(axis=0)
-    information = (dimmer**2 * correlation(light**2, noise)).sum(axis=0)
-    by_gain = (dimmer * correlation(light, light * noise)).sum(axis=(0, 1))
-    total = information.sum(axis=0)
-    free = total - by_gain**2 / max(whole, 1e-12)
-    # Where the gain can make nearly all of it, or all of the light once more would not show, there is none to be found.
-    told = (free > TOLD * total) & (total > SHOWN)
+    matched = _Matched(light, noise, dimmer, whole)
+    promised, told, free = matched.promised(excess), matched.told, matched.free
     alike = np.where(told, np.maximum(promised.sum(axis=0), 0) ** 2 / np.where(told, free, 1), 0)
-    each = np.where(told, (np.maximum(promised, 0) ** 2 / np.maximum(information, 1e-12)).sum(axis=0), 0)
+    each = (np.maximum(promised, 0) ** 2 / np.maximum(matched.information, 1e-12)).sum(axis=0)
+    each = np.where(told, each, 0)
     tops = [one for evidence in (alike, each) for one in peaks(evidence)[:most]]
     best: dict[int, tuple[float, float]] = {}
     for at, evidence in sorted(tops, key=lambda one: -one[1]):
@@ -74,11 +108,22 @@ def replicas(
         late, early = slice(max(k, 0), bins + min(k, 0)), slice(max(-k, 0), bins - max(k, 0))
         second = light[..., early] * dimmer[..., round(at), None]
         seen = (excess * noise)[..., late], second * noise[..., late], (light * noise)[..., late]
-        first, last, there = best_interval(*((second * one).sum(axis=(0, 1)) for one in seen), whole)
+        first, last, of_these = best_interval(*((second * one).sum(axis=(0, 1)) for one in seen), whole)
         ends = middle[early][[first, max(last - 1, first)]] + np.array([-0.5, 0.5]) * metres
         spacing = float((at - (bins - 1)) * metres)
-        found.append(Replica(spacing, evidence, float(ends[0]), float(ends[1]), there))
+        behind = k > 0 and not found
+        third = matched.third(excess, at - (bins - 1), evidence) if behind else None
+        third = None if third is None else (third[0] * metres, third[1])
+        found.append(Replica(spacing, evidence, float(ends[0]), float(ends[1]), of_these, third))
     return found
+
+
+def _later(light: np.ndarray, shift: float) -> np.ndarray:
+    """(F, P, T) light so many bins later, between whole ones by parts of both; 0 or more."""
+    whole, part = int(shift), shift - int(shift)
+    padded = np.concatenate([np.zeros_like(light[..., : whole + 1]), light], axis=-1)
+    bins = light.shape[-1]
+    return (1 - part) * padded[..., 1 : bins + 1] + part * padded[..., :bins]
 
 
 def _ranges(rendering: Rendering, bins: int) -> np.ndarray:

@@ -43,6 +43,7 @@ class SecondSurface(Effect):
     a part of its own, where glass covers part of the view. A sheet at or behind the sensor is dark. One thing alone may
     be translucent, or stand behind glass: surfaces are told apart and followed through the frames by their geometry,
     the largest first (`segments`). So may part of a surface, as a window is set in a wall: a ball in space (`marks`).
+    Panes come in pairs: a third surface may send back `again` times the second's light from `beyond` that.
     """
 
     id = "second_surface"
@@ -60,21 +61,13 @@ class SecondSurface(Effect):
         ("covered", "spacing", "reflectance", "nearest", "farthest"),
         ("one", "spacing", "reflectance"),
         ("pane", "spacing", "reflectance", "pane_x", "pane_y", "pane_z", "pane_size"),
+        ("passed", "spacing", "again", "beyond"),
     )
     parameters = (
         Parameter(
-            "passed",
-            unit="1",
-            low=0.0,
-            high=1.0,
-            start=0.1,
-            vanishes_at=0.0,
-            axis="zone",
-            sentence="Part of the light that the first surface does not send back, for the second to return.",
+            "passed", "1", 0.0, 1.0, 0.1, "Part of its light that the first surface leaves to the second.", 0.0, "zone"
         ),
-        Parameter(
-            "covered", "1", 0.0, 1.0, 0.1, "The same, of surfaces within `nearest` and `farthest`.", vanishes_at=0.0
-        ),
+        Parameter("covered", "1", 0.0, 1.0, 0.1, "The same, of surfaces within `nearest` and `farthest`.", 0.0),
         Parameter("one", "1", 0.0, 1.0, 0.1, "The same, of surface number `surface` only.", vanishes_at=0.0),
         *WHICH,
         Parameter("pane", "1", 0.0, 1.0, 0.1, "The same, of surfaces in a ball in space.", vanishes_at=0.0),
@@ -89,16 +82,11 @@ class SecondSurface(Effect):
             sentence="Optical distance to the second surface, negative before the first; that of panes is centimetres.",
         ),
         Parameter("reflectance", "1", 0.1, 10.0, 1.0, "Reflectance of the second surface over that of the first."),
-        Parameter(
-            "falloff",
-            "1",
-            0.0,
-            4.0,
-            2.0,
-            "Power of the ratio of ranges by which the second surface is dimmer; 2 by the inverse square.",
-        ),
+        Parameter("falloff", "1", 0.0, 4.0, 2.0, "Power of the ratio of ranges by which the second surface is dimmer."),
         Parameter("nearest", "m", 0.05, 20.0, 0.05, "Range from which on surfaces are covered."),
         Parameter("farthest", "m", 0.1, 100.0, 100.0, "Range up to which surfaces are covered."),
+        Parameter("again", "1", 0.0, 10.0, 0.0, "Light of a third surface over that of the second, alike in range."),
+        Parameter("beyond", "m", 0.0, 5.0, 0.05, "Optical distance from the second surface to the third."),
     )
 
     def reach(self, values: Values) -> tuple[float, float]:
@@ -115,7 +103,7 @@ class SecondSurface(Effect):
 
     def light(self, values: Values, rendering: Rendering) -> Light:
         """Of one thing, or of part of a surface, in part once more from farther away or nearer."""
-        light, spacing = rendering.light, values["spacing"]
+        light = rendering.light
         if not (values["one"] or values["pane"]):
             return light
         direct, *others = light.returns
@@ -124,10 +112,12 @@ class SecondSurface(Effect):
             part = np.minimum(part + values["pane"] * in_ball(values, "pane", light), 1)
         lost = part * direct.strength
         ranges = np.where(lost > 0, direct.range_m, 1)
-        strength = lost * values["reflectance"] * spread_by(ranges, spacing, values["falloff"])
-        second = Return(np.maximum(ranges + spacing, 0).astype(np.float32), strength.astype(np.float32))
+        later = []
+        for times, spacing in _others(values):
+            strength = lost * times * spread_by(ranges, spacing, values["falloff"])
+            later.append(Return(np.maximum(ranges + spacing, 0).astype(np.float32), strength.astype(np.float32)))
         first = replace(direct, strength=(direct.strength - lost).astype(np.float32))
-        return replace(light, returns=(first, *others, second))
+        return replace(light, returns=(first, *others, *later))
 
     def moves_light(self, values: Values) -> bool:
         """See `Effect`."""
@@ -135,7 +125,7 @@ class SecondSurface(Effect):
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """Each zone's light in part once more, later and spread over a larger sphere, or earlier over a smaller one."""
-        first, spacing = rendering.arrivals, values["spacing"]
+        first = rendering.arrivals
         if not (np.any(values["passed"]) or values["covered"]):
             return first
         lattice, zero = first.lattice, np.atleast_2d(rendering.clock.time_zero_s)[..., None]
@@ -145,9 +135,11 @@ class SecondSurface(Effect):
         if values["covered"]:
             passed = np.minimum(passed + values["covered"] * _within(values, ranges), 1)
         lost = passed * first.light
-        spread = replace(first, light=lost * (values["reflectance"] * spread_by(ranges, spacing, values["falloff"])))
-        second = spread.delayed(2 * spacing / speed_of_light)
-        return replace(first, light=first.light - lost + second.light)
+        total = first.light - lost
+        for times, spacing in _others(values):
+            spread = replace(first, light=lost * (times * spread_by(ranges, spacing, values["falloff"])))
+            total = total + spread.delayed(2 * spacing / speed_of_light).light
+        return replace(first, light=total)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A sheet in front is lit the more for it; one that only one zone's light passes is that zone's delay.
@@ -175,6 +167,9 @@ class SecondSurface(Effect):
         for falloff in FALLOFFS:
             for two in replicas(excess, expected, rendering, falloff):
                 found.append(start("passed", two.spacing_m, falloff=falloff))
+                if two.third is not None:
+                    beyond, again = two.third
+                    found.append(start("passed", two.spacing_m, falloff=falloff, beyond=beyond, again=again))
                 if two.evidence_there > PARTLY * two.evidence:
                     ends = {"nearest": max(two.nearest_m, 0.05), "farthest": max(two.farthest_m, 0.1)}
                     found.append(start("covered", two.spacing_m, falloff=falloff, **ends))
@@ -182,6 +177,12 @@ class SecondSurface(Effect):
         found += [start("one", there.spacing_m, **there.surface) for there in alone]
         pane = likely_pane(excess, expected, rendering, list(dict.fromkeys(one["spacing"] for one in found))[:PANES])
         return found if pane is None else [*found, start("pane", pane[0], **pane[1])]
+
+
+def _others(values: Values) -> list[tuple[float, float]]:
+    """Of the surfaces beside the first: reflectance over its, and spacing."""
+    second, third = values["reflectance"], values["reflectance"] * values["again"]
+    return [(second, values["spacing"]), *([(third, values["spacing"] + values["beyond"])] if third else [])]
 
 
 def _within(values: Values, range_m: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     """Some of those from surfaces are lost; those that come back are thinned by the larger sphere, and late.
 
     What the second surface sends back beyond what the first lost is drawn by itself, and all of what a sheet before
-    it does: straight, as such a surface has no part in other ways.
+    it does, or a third surface: straight, as such a surface has no part in other ways.
     """
     spacing, ratio = values["spacing"], values["reflectance"]
     ranges = way_m(photons, world) / 2
@@ -29,6 +29,9 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
         photons.pixel != NO_PIXEL
     )
     first = photons.only(~lost)
+    if values["again"]:
+        third = {**values, "spacing": spacing + values["beyond"]}
+        first = first.and_also(_straight(ratio * values["again"], world, third, rng))
     if spacing < 0:
         return first.and_also(_straight(ratio, world, values, rng))
     meets = (

@@ -91,6 +91,32 @@ def test_it_may_reflect_otherwise_and_fall_off_otherwise(small, ratio, falloff):
     np.testing.assert_allclose(found, closed, atol=1e-2 * closed.max())
 
 
+def test_panes_may_come_in_pairs(small):
+    passed, spacing, beyond, again = 0.2, 0.15, 0.3, 0.5
+    direct = small.light.returns[0]
+    behind = [direct.range_m + np.float32(far) for far in (spacing, spacing + beyond)]
+    parts = passed, passed * again
+    later = [Return(r, p * direct.strength * (direct.range_m / r) ** 2) for r, p in zip(behind, parts, strict=True)]
+    returns = (Return(direct.range_m, (1 - passed) * direct.strength), *later)
+    closed = ForwardModel(replace(small.light, returns=returns), small.footprints, small.clock).expected(1e3)
+    setting = effect.at(passed=passed, spacing=spacing, beyond=beyond, again=again)
+    found = ForwardModel(small.light, small.footprints, small.clock).expected(1e3, [setting])
+    np.testing.assert_allclose(found, closed, atol=1e-2 * closed.max())
+
+
+def test_it_suggests_a_third_surface_where_there_is_one(small):
+    model = ForwardModel(small.light, small.footprints, small.clock, 2.0)
+    nominal = model.expected(3e5)
+    rendering = Rendering(small.light, small.footprints, small.clock, 3e5, background=2.0)
+    suggested = {}
+    for again in (0.0, 0.5):
+        truth = effect.at(passed=0.3, spacing=0.15, again=again, beyond=0.3)
+        excess = np.random.default_rng(3).poisson(model.expected(3e5, [truth])) - nominal
+        suggested[again] = [s for s in effect.starts(excess, nominal, rendering) if s.get("again")]
+    assert any(abs(s["spacing"] - 0.15) < 0.04 and abs(s["beyond"] - 0.3) < 0.05 for s in suggested[0.5])
+    assert not suggested[0.0]
+
+
 def test_only_surfaces_between_two_ranges_are_covered(small):
     direct = small.light.returns[0]
     # No pixel stands where the ends are soft.
