@@ -20,6 +20,8 @@ from mismatch.simulation import Simulation
 MINOR, MINOR_PART = 60.0, 0.08
 # One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
 MINOR_AS_EXPECTED = 35.0
+# A third is less likely beforehand than that a formula of two is somewhat off: it needs more, as it is expected or not.
+A_THIRD = 100.0
 # The more it gains the better it can be told whether that is what it should: from so much on a quarter of that part is
 # enough, less than that the less a minor one gains. From so much on it can be told to a tenth, and an eighth is.
 TOLD, WELL_TOLD = 100.0, 500.0
@@ -81,8 +83,8 @@ class Candidate:
             return False
         return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > NOTICEABLE)
 
-    def is_minor(self, won: float) -> bool:
-        """Whether it gains too little to be a cause of its own beside others, which gained `won`.
+    def is_minor(self, won: float, others: int = 1) -> bool:
+        """Whether it gains too little to be a cause of its own beside so many others, which gained `won`.
 
         The gain of a true cause scatters about what is expected. What gains far more than that has found the place, but
         not the cause; unless frames that chose happened to show things at worse places, or fewer of them.
@@ -92,6 +94,8 @@ class Candidate:
         both = max(poisson_scatter(self.expected_gain + self.observed), self.scatter)
         far = short < -FEW if self.looks else self.observed - self.expected_gain > FAR * both
         if far and self.expected_gain < SURPRISING * self.observed:
+            return True
+        if others > 1 and self.observed < A_THIRD:
             return True
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
         told = np.log(max(self.observed, MINOR) / MINOR) / np.log(TOLD / MINOR) if short < FAR else 0.0

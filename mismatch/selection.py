@@ -74,7 +74,8 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
             fitted = {c.form.effect.id for c in found}
             significant = [s for s in significant if s.form.effect.id not in fitted]
         won = sum(_leaving(one.chosen) for one in rounds if one.chosen is not None)
-        if best is not None and now.forms and (best.is_minor(won) or best.criterion > now.deviance + cost(train, now)):
+        minor = best is not None and bool(now.forms) and best.is_minor(won, len(now.forms))
+        if minor or (best is not None and now.forms and best.criterion > now.deviance + cost(train, now)):
             return [*rounds, Round(now, tuple(scores), tried, tuple(candidates), None, best)]
         rounds = [*rounds, Round(now, tuple(scores), tried, tuple(candidates), best)]
         if best is None:

@@ -47,6 +47,12 @@ def test_what_is_minor(observed, expected, away, won, minor):
     assert of(observed, expected, away).is_minor(won) == minor
 
 
+@pytest.mark.parametrize(("observed", "minor"), [(99, True), (101, False)])
+def test_a_third_is_less_likely_beforehand(observed, minor):
+    assert of(observed, observed, 1.0).is_minor(1000, others=2) == minor
+    assert not of(observed, observed, 1.0).is_minor(1000)
+
+
 def test_what_is_elsewhere_is_counted_cell_by_cell(drawn):
     simulation = drawn(3, "impulse_tail", share=0.15, tau=4e-10)
     (tail, *_), (other, *_) = (list(forms_of(find_effect(name), SIZES)) for name in ("impulse_tail", "range_walk"))
