@@ -12,7 +12,7 @@ from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.returning import returning_track, shares_of_all
 from physics.roaming import Roaming, clear_evidence, pulses_in_bins, roaming
-from physics.tracks import straight_tracks
+from physics.tracks import CROSSED, straight_tracks
 
 # Strengths at which a search for pulses that roam begins, counts.
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
@@ -50,16 +50,7 @@ class Interference(Effect):
         ("roaming", "present", "longer"),
     )
     parameters = (
-        Parameter(
-            "counts",
-            unit="counts",
-            low=0.0,
-            high=1e7,
-            start=100.0,
-            vanishes_at=0.0,
-            axis="zone",
-            sentence="Counts per frame of the other emitter's pulse.",
-        ),
+        Parameter("counts", "counts", 0.0, 1e7, 100.0, "Counts per frame of the other emitter's pulse.", 0.0, "zone"),
         Parameter(
             "arrival",
             unit="s",
@@ -85,14 +76,7 @@ class Interference(Effect):
             sentence="Time between the other emitter's pulses: one that has left the window returns after it.",
         ),
         Parameter(
-            "roaming",
-            unit="counts",
-            low=0.0,
-            high=1e7,
-            start=100.0,
-            vanishes_at=0.0,
-            axis="zone",
-            sentence="Counts of a pulse that is somewhere else in each frame.",
+            "roaming", "counts", 0.0, 1e7, 100.0, "Counts of a pulse that is somewhere else in each frame.", 0.0, "zone"
         ),
         Parameter("present", "1", 0.01, 1.0, 0.8, "Share of the frames that hold a pulse that roams."),
         # A choice: no longer pulse is looked for.
@@ -153,13 +137,14 @@ class Interference(Effect):
         return roaming(rendering.recorded, rendering.expected, rendering.background, clock, counts, values["present"])
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse that stays is no free-running clock's, nor do pulses last that long."""
-        return _stays(values, rendering) or values["longer"] > LONGEST_S
+        """A pulse that stays, or hardly wanders, is no free-running clock's, nor do pulses last that long."""
+        window_s = rendering.clock.bins * rendering.clock.bin_width_s
+        return _within(CROSSED * window_s, values, rendering) or values["longer"] > LONGEST_S
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """What does not wander is no clock's but the sensor's. How fast it seems to is chance, frame by frame."""
         why = "the pulse of another emitter would wander from frame to frame, and this does not"
-        return why if _stays(values, rendering) else None
+        return why if _within(rendering.clock.bin_width_s, values, rendering) else None
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The straight lines through frames and bins along which most is in excess; and how strong one that roams."""
@@ -185,9 +170,9 @@ class Interference(Effect):
         return [{"roaming": counts, "present": present} for sure, counts in found if sure > SURE]
 
 
-def _stays(values: Values, rendering: Rendering) -> bool:
-    """Whether its pulse keeps within a bin all the session."""
-    width_s, session_s = rendering.clock.bin_width_s, float(np.ptp(rendering.light.time_s))
+def _within(width_s: float, values: Values, rendering: Rendering) -> bool:
+    """Whether its pulse keeps within so much time all the session."""
+    session_s = float(np.ptp(rendering.light.time_s))
     return bool(np.any(values["counts"])) and abs(values["drift"]) * session_s < width_s
 
 

@@ -14,7 +14,7 @@ from physics.light import Return
 from physics.odometry import camera_motion, moved_m
 from physics.pulse import longer
 from physics.rendering import Rendering
-from physics.tracks import straight_tracks
+from physics.tracks import CROSSED, straight_tracks
 from physics.walk import BETWEEN, LEVELS, SHORTEST_S
 
 # A steadier laser than this is as good as steady, and what is divided by must not vanish.
@@ -158,7 +158,7 @@ class RangeAliasing(Effect):
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A pulse so broad is what dark counts look like; one that wanders by itself is another emitter's."""
         wandered_m, clock = values["speed"] * float(np.ptp(rendering.light.time_s)), rendering.clock
-        wanders = abs(wandered_m) > speed_of_light / 2 * clock.bin_width_s
+        wanders = abs(wandered_m) > CROSSED * clock.bins * speed_of_light / 2 * clock.bin_width_s
         return bool(np.any(values["counts"])) and (values["spread"] > BROADEST_S or wanders)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
