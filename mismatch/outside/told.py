@@ -68,6 +68,7 @@ def _outside(train: Simulation, less: Fit, judged: Fit) -> list[Fit]:
     scores, _ = ranked(train, less, forms)
     least = max(PROMISING * (less.deviance - judged.deviance), ODDS)
     best = _likeliest([score for score in scores if score.gain > least])
+    best += [score.other for score in best if score.other is not None]
 
     def begun(found: Score) -> Descent:
         x = np.concatenate([less.x, start_of(found.form, found.amplitude)])

@@ -1,5 +1,6 @@
 """Each cause outside the library against arithmetic of its own."""
 
+from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
 
@@ -113,6 +114,33 @@ def test_a_bias_that_droops_for_all_zones(scene):
             drawn[:, later] += plain[:, :, t].sum(axis=1) * np.exp(-(later - t - 1) * WIDTH_S / 2e-9)
     left = np.exp(-0.3 * drawn / drawn.max())
     np.testing.assert_allclose(found, plain * left[:, None], rtol=1e-9)
+
+
+@pytest.mark.parametrize("stamped", [0.5, 0.0])
+def test_rows_are_taken_one_after_another(scene, stamped):
+    """Against frames cut and put together row by row, of a wall that comes nearer evenly: there between is linear."""
+    _, light, clock = scene
+    depth = 1.0 - 0.4 * light.time_s[:, None, None] * np.ones((1, *light.range_m.shape[1:]))
+    wall = direct_light(depth, light.intrinsics, time_s=light.time_s)
+    readout, height = 0.03, depth.shape[1]
+    found = CAUSES["rolling_shutter"].at(readout=readout, stamped=stamped)
+    seen = found.effect.light(found.values, Rendering(wall, None, clock, 1.0))
+    late = (np.floor(np.arange(height) * 6 / height) + 0.5) / 6 - stamped
+    for row in range(height):
+        then = np.clip(light.time_s - readout * late[row], light.time_s[0], light.time_s[-1])
+        ratio = np.interp(then, light.time_s, wall.range_m[:, row, 0]) / wall.range_m[:, row, 0]
+        np.testing.assert_allclose(seen.returns[0].range_m[:, row, 0] / wall.range_m[:, row, 0], ratio, rtol=1e-5)
+
+
+def test_rows_may_be_taken_from_either_end(scene, maps):
+    _, light, clock = scene
+    there = Rendering(light, footprints(maps, light.range_m.shape[1:]), clock, 1.0)
+    starts = CAUSES["rolling_shutter"].starts(None, None, there)
+    step_s = light.time_s[1]
+    assert {np.sign(start["readout"]) for start in starts} == {-1, 1}
+    assert all(abs(start["readout"]) < step_s / 2 for start in starts)
+    still = replace(light, time_s=np.zeros_like(light.time_s))
+    assert not CAUSES["rolling_shutter"].starts(None, None, Rendering(still, None, clock, 1.0))
 
 
 def test_a_stale_frame(scene):
