@@ -9,6 +9,7 @@ is the log-likelihood ratio of the place, and the frame's evidence for the whole
 where q is the share of frames that hold a pulse: a finite mixture (McLachlan and Peel 2000, chapter 1).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -98,10 +99,11 @@ def clear_evidence(
     background: np.ndarray | float,
     clock: Clock,
     counts: float,
-    present: float,
+    present: Sequence[float],
 ) -> np.ndarray:
-    """(1 + P,) evidence over all frames for a pulse of so many counts, in all zones alike and in each one alone.
+    """(N, 1 + P) evidence over all frames for a pulse of so many counts, in all zones alike and in each one alone.
 
+    present: (N,) shares of the frames that may hold one.
     Only places count where the sensor's own pulse is faint beside it: whatever is wrong about surfaces shows where they
     are, another emitter's pulse anywhere.
     """
@@ -113,8 +115,8 @@ def clear_evidence(
     clear = (there < FAINT * counts) | (heard == 0)[:, None]
     alike = np.where(clear.all(axis=1), ratio.sum(axis=1), -np.inf)
     alone = np.where(clear & (heard > 0)[:, None], ratio, -np.inf)
-    some = [_mean(one) for one in (alike, *np.moveaxis(alone, 1, 0))]
-    return 2 * np.logaddexp(np.log1p(-present), np.log(present) + np.array(some)).sum(axis=1)
+    some = np.array([_mean(one) for one in (alike, *np.moveaxis(alone, 1, 0))])
+    return np.array([2 * np.logaddexp(np.log1p(-share), np.log(share) + some).sum(axis=1) for share in present])
 
 
 def _mean(ratio: np.ndarray) -> np.ndarray:

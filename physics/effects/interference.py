@@ -16,6 +16,8 @@ from physics.tracks import CROSSED, straight_tracks
 
 # Strengths at which a search for pulses that roam begins, counts.
 BEGINNINGS = (2.0, 6.0, 20.0, 70.0, 250.0, 1000.0)
+# And shares of the frames that hold one.
+PRESENT = (0.8, 0.3)
 # What all crossings must add to the evidence of any one, plus a part of it, to be one pulse: noise adds nothing.
 BESIDE, AGAIN = 24.0, 0.02
 # Evidence from which it is worth a fit: one in four hundred by chance.
@@ -160,14 +162,16 @@ class Interference(Effect):
 
     def _roaming(self, recorded: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict]:
         """How strong a pulse that roams may be, alike in all zones and in one alone, where it shows in clear places."""
-        present, zones = self.parameter("present").start, recorded.shape[1]
-        seen = recorded, expected, rendering.background, rendering.clock
-        evidence = np.array([clear_evidence(*seen, counts, present) for counts in BEGINNINGS])
-        strongest, best = np.unravel_index(int(np.argmax(evidence[:, 1:])), (len(BEGINNINGS), zones))
-        alone = np.where(np.arange(zones) == best, BEGINNINGS[strongest], 0.0)
-        alike = int(np.argmax(evidence[:, 0]))
-        found = [(evidence[alike, 0], BEGINNINGS[alike]), (evidence[strongest, 1 + best], alone)]
-        return [{"roaming": counts, "present": present} for sure, counts in found if sure > SURE]
+        zones, seen = recorded.shape[1], (recorded, expected, rendering.background, rendering.clock)
+        # (how strong, in how many frames, alike or alone in each zone)
+        evidence = np.array([clear_evidence(*seen, counts, PRESENT) for counts in BEGINNINGS])
+        found = []
+        for alone, of in enumerate((evidence[..., :1], evidence[..., 1:])):
+            strongest, often, zone = np.unravel_index(int(np.argmax(of)), of.shape)
+            counts = BEGINNINGS[strongest]
+            there = np.where(np.arange(zones) == zone, counts, 0.0) if alone else counts
+            found.append((of.max(), {"roaming": there, "present": PRESENT[often]}))
+        return [start for sure, start in found if sure > SURE]
 
 
 def _within(width_s: float, values: Values, rendering: Rendering) -> bool:

@@ -99,7 +99,7 @@ def test_a_dead_zone_says_nothing():
 def test_evidence_of_clear_places_is_the_mean_over_them():
     counts = np.array([0.0, 0, 60])
     recorded, mean, _ = frames(8, 20, counts)
-    found = clear_evidence(recorded, mean, mean, CLOCK, 50.0, 0.8)
+    found = clear_evidence(recorded, mean, mean, CLOCK, 50.0, [0.8])[0]
     # All of it is background: every place is clear.
     for zone in range(ZONES):
         alone = roaming(recorded, mean, mean, CLOCK, 50.0 * (np.arange(ZONES) == zone), 0.8)
@@ -115,7 +115,7 @@ def test_a_surface_brighter_than_thought_is_no_evidence():
     recorded = np.random.default_rng(9).poisson(brighter).astype(float)
     seen = recorded, mean, 3.0, CLOCK
     assert roaming(*seen, np.array([0, 0, 300.0]), 0.5).evidence.sum() > 100
-    assert max(clear_evidence(*seen, counts, 0.5)[3] for counts in (5.0, 30.0, 150.0, 700.0)) < 12
+    assert max(clear_evidence(*seen, counts, [0.5])[0, 3] for counts in (5.0, 30.0, 150.0, 700.0)) < 12
 
 
 def test_noise_makes_no_evidence():

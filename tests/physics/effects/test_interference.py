@@ -155,6 +155,18 @@ def test_how_a_search_begins_goes_by_what_is_there(small):
     assert np.count_nonzero(alone["roaming"]) == 1
 
 
+def test_a_faint_pulse_in_few_frames_is_looked_for(small):
+    rng, frames = np.random.default_rng(5), 32
+    places = rng.uniform(2e-9, 9e-9, frames)
+    shares = small.clock.pulse.in_bins(places, small.clock.bins, small.clock.bin_width_s)
+    expected = np.full((frames, 4, 40), 0.5)
+    there = (np.arange(frames) % 3 == 0)[:, None, None]
+    excess = rng.poisson(expected + 5 * there * shares[:, None]) - expected
+    light = replace(small.light, time_s=np.arange(frames) / 30)
+    rendering = Rendering(light, small.footprints, small.clock, 1.0, background=0.5)
+    assert any(start.get("present") == 0.3 for start in effect.starts(excess, expected, rendering))
+
+
 @pytest.mark.parametrize(
     ("drift", "longer", "strained"), [(1e-7, 0.0, False), (0.0, 0.0, True), (1e-7, 4e-9, True), (1e-7, 1e-9, False)]
 )
