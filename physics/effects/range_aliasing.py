@@ -138,7 +138,9 @@ class RangeAliasing(Effect):
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
         toward = np.array([values[name] for name in TOWARD])
-        found = values["speed"] * rendering.light.time_s - moved_m(rendering.light) @ toward
+        found = values["speed"] * rendering.light.time_s
+        if toward.any():  # How a camera moved that nobody says takes long to tell.
+            found = found - moved_m(rendering.light) @ toward
         curved = any(values[name] for name in (*LEVELS, *BETWEEN))
         return found + own_way(values, rendering.light.time_s) if curved else found
 
