@@ -97,6 +97,26 @@ def kept_of_session(make: Callable[..., Made]) -> Callable[..., Made]:
     return kept
 
 
+def kept_lately(make: Callable[..., Made]) -> Callable[..., Made]:
+    """The function `make` of light and numbers, which does not make again the last two that it made of the same light.
+
+    What it gives is to be read only.
+    """
+    name = f"_{make.__module__}.{make.__qualname__}"
+
+    @wraps(make)
+    def kept(light: Light, *how: float) -> Made:
+        recent = light.__dict__.get(name, ())
+        for made_so, made in recent:
+            if made_so == how:
+                return made
+        made = make(light, *how)
+        light.__dict__[name] = ((how, made), *recent)[:2]
+        return made
+
+    return kept
+
+
 def _kept(make: Sum, store: Callable[[Light], dict], things: Callable[[Light], tuple]) -> Sum:
     """See above. store: where light keeps it. things: that it was made of, beside footprints and clock."""
     name = f"_{make.__module__}.{make.__qualname__}"

@@ -8,6 +8,7 @@ import numpy as np
 from physics.arrivals import Arrivals, arrivals
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.followed import followed
+from physics.kept import kept_lately
 from physics.lags_told import evenly, promised, ratio, two_groups
 from physics.light import Light
 from physics.light_between import around, light_at
@@ -56,14 +57,7 @@ class TimeLag(Effect):
     richer = forms[-1:]
     parameters = (
         Parameter(
-            "lag",
-            unit="s",
-            low=-2.0,
-            high=2.0,
-            start=0.05,
-            vanishes_at=0.0,
-            tries=(-0.05, 0.05),
-            sentence="How much later than the camera the LiDAR looks.",
+            "lag", "s", -2.0, 2.0, 0.05, "How much later than the camera the LiDAR looks.", 0.0, tries=(-0.05, 0.05)
         ),
         Parameter("skew", "1", -0.5, 0.5, 0.01, "Seconds by which that grows in a second.", vanishes_at=0.0),
         Parameter("burst", "s", -2.0, 2.0, 0.02, "How much later zones of a second burst look.", vanishes_at=0.0),
@@ -178,11 +172,17 @@ def _then(values: Values, light: Light) -> Light:
     """Light at the LiDAR's times."""
     if values["lag"] == 0 and values["skew"] == 0:
         return light
+    return _seen_later(light, *(float(values[name]) for name in ("lag", "skew", "beyond", "carried")))
+
+
+@kept_lately
+def _seen_later(light: Light, lag: float, skew: float, beyond: float, carried: float) -> Light:
+    """See above. Zones that look later do so in all that else moves them, or changes what they count."""
     frames_s = np.asarray(light.time_s, float)
-    time_s = frames_s + values["lag"] + values["skew"] * frames_s
-    if values["carried"] > 0.5:
+    time_s = frames_s + lag + skew * frames_s
+    if carried > 0.5:
         return followed(light, *around(frames_s, time_s, 0.0), time_s)
-    return light_at(light, time_s, values["beyond"])
+    return light_at(light, time_s, beyond)
 
 
 def late_zones(values: Values, zones: int) -> np.ndarray:

@@ -7,7 +7,7 @@ import pytest
 
 from physics.arrivals import arrivals
 from physics.effects.reflectance_map import effect as reflectance_map
-from physics.kept import KEPT, kept_by_frame, kept_with_light, kept_with_scene, same_knots
+from physics.kept import KEPT, kept_by_frame, kept_lately, kept_with_light, kept_with_scene, same_knots
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
 
@@ -131,3 +131,21 @@ def test_parts_of_a_session_find_frames_that_others_made_but_not_of_another_scen
     nearer = replace(two, range_m=two.range_m * np.float32(0.9))
     assert asked(nearer, 1) == 1
     assert asked(two, 1) == 1
+
+
+def test_the_last_two_of_the_same_light_are_not_made_again(small):
+    asked = []
+
+    @kept_lately
+    def made(light, lag, carried):
+        asked.append((lag, carried))
+        return replace(light, time_s=light.time_s + lag)
+
+    first = made(small.light, 0.1, 0.0)
+    assert made(small.light, 0.2, 0.0) is not first
+    assert made(small.light, 0.1, 0.0) is first
+    made(small.light, 0.1, 1.0)
+    assert made(small.light, 0.2, 0.0) is made(small.light, 0.2, 0.0)
+    other = replace(small.light, reflectance=small.light.reflectance / 2)
+    assert made(other, 0.1, 1.0).reflectance is other.reflectance
+    assert asked == [(0.1, 0.0), (0.2, 0.0), (0.1, 1.0), (0.1, 1.0)]
