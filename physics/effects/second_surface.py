@@ -168,8 +168,9 @@ class SecondSurface(Effect):
             for two in replicas(excess, expected, rendering, falloff):
                 found.append(start("passed", two.spacing_m, falloff=falloff))
                 if two.third is not None:
-                    beyond, again = two.third
-                    found.append(start("passed", two.spacing_m, falloff=falloff, beyond=beyond, again=again))
+                    third = dict(zip(("beyond", "again"), two.third, strict=True))
+                    third = {name: min(value, self.parameter(name).high) for name, value in third.items()}
+                    found.append(start("passed", two.spacing_m, falloff=falloff, **third))
                 if two.evidence_there > PARTLY * two.evidence:
                     ends = {"nearest": max(two.nearest_m, 0.05), "farthest": max(two.farthest_m, 0.1)}
                     found.append(start("covered", two.spacing_m, falloff=falloff, **ends))

@@ -42,12 +42,16 @@ class RollingShutter(Effect):
         most = abs(values["readout"])
         return most, most
 
+    def carries(self, values: Values) -> bool:
+        """See `Effect`."""
+        return bool(values["readout"]) and values["carried"] > 0.5
+
     def light(self, values: Values, rendering: Rendering) -> Light:
         """Each band of rows as it is when the LiDAR looks."""
         light, readout = rendering.light, values["readout"]
         if not readout:
             return light
-        times, along = np.asarray(light.time_s, float), values["carried"] > 0.5
+        times, along = np.asarray(light.time_s, float), self.carries(values)
 
         def at(then: np.ndarray) -> Light:
             return followed(light, *around(times, then, 0.0), then) if along else light_at(light, then)
