@@ -101,9 +101,8 @@ def clear_evidence(
     counts: float,
     present: Sequence[float],
 ) -> np.ndarray:
-    """(N, 1 + P) evidence over all frames for a pulse of so many counts, in all zones alike and in each one alone.
+    """(N, 1 + P) evidence for so many counts in shares `present` (N,) of frames, in all zones alike and each alone.
 
-    present: (N,) shares of the frames that may hold one.
     Only places count where the sensor's own pulse is faint beside it: whatever is wrong about surfaces shows where they
     are, another emitter's pulse anywhere.
     """

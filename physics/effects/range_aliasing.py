@@ -138,9 +138,8 @@ class RangeAliasing(Effect):
     def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F,) metres by which it is farther than at the start."""
         toward = np.array([values[name] for name in TOWARD])
-        found = values["speed"] * rendering.light.time_s
-        if toward.any():  # How a camera moved that nobody says takes long to tell.
-            found = found - moved_m(rendering.light) @ toward
+        nearer = moved_m(rendering.light) @ toward if toward.any() else 0.0  # To ask takes long.
+        found = values["speed"] * rendering.light.time_s - nearer
         curved = any(values[name] for name in (*LEVELS, *BETWEEN))
         return found + own_way(values, rendering.light.time_s) if curved else found
 
@@ -158,9 +157,9 @@ class RangeAliasing(Effect):
         return np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse so broad is what dark counts look like; one that wanders by itself is another emitter's."""
-        wandered_m, clock = values["speed"] * float(np.ptp(rendering.light.time_s)), rendering.clock
-        wanders = abs(wandered_m) > CROSSED * clock.bins * speed_of_light / 2 * clock.bin_width_s
+        """A pulse so broad is what dark counts look like; one that wanders far by itself is another emitter's."""
+        window_m = rendering.clock.bins * speed_of_light / 2 * rendering.clock.bin_width_s
+        wanders = abs(values["speed"]) * float(np.ptp(rendering.light.time_s)) > CROSSED * window_m
         return bool(np.any(values["counts"])) and (values["spread"] > BROADEST_S or wanders)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:

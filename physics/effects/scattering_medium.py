@@ -17,8 +17,8 @@ HAZE = tuple(f"haze_{k}" for k in range(1, 7))
 HALFWAY = tuple(f"halfway_{k}" for k in range(1, 6))
 # What ends so near to the sensor, metres, is its own window.
 WINDOW_M = 0.05
-# Air into which one zone looks is not this many times as dense as what most look into.
-UNEVEN = 10.0
+# All zones look into the same air: where one sees this many times what most do it is rather a pulse of each.
+UNEVEN = 1.5
 
 
 class ScatteringMedium(Effect):
