@@ -37,7 +37,7 @@ def told_outside(
     for replaced, less in _lessened(train, judged):
         if not (replaced or beside):
             continue
-        for other in _outside(train, less, judged):
+        for other in _outside(train, less, judged, beside):
             won = evidence(train, test, other) - mine
             # Numbers of zones pay each by itself, unless they are drawn, however alike they are: frames held out, which
             # ask no price, may keep such a name.
@@ -61,10 +61,15 @@ def _lessened(train: Simulation, judged: Fit) -> Iterator[tuple[tuple[Form, ...]
         yield judged.forms, fit_nominal(train, judged.frame_gain_sigma)
 
 
-def _outside(train: Simulation, less: Fit, judged: Fit) -> list[Fit]:
-    """Fits with a cause outside the library beside those of `less`."""
-    sizes = {"zone": train.counts.shape[1], "bin": train.counts.shape[2]}
-    forms = [form for effect in all_outside().values() for form in forms_of(effect, sizes)]
+def _outside(train: Simulation, less: Fit, judged: Fit, beside: bool) -> list[Fit]:
+    """Fits with a cause outside the library beside those of `less`.
+
+    beside: whether something is left in any case. Where nothing is, one that can be mistaken for some names alone is
+    not asked for where none of these was found.
+    """
+    sizes, named = {"zone": train.counts.shape[1], "bin": train.counts.shape[2]}, {f.effect.id for f in judged.forms}
+    alike = [e for e in all_outside().values() if beside or not e.look_alikes or named & {o.id for o in e.look_alikes}]
+    forms = [form for effect in alike for form in forms_of(effect, sizes)]
     scores, _ = ranked(train, less, forms)
     least = max(PROMISING * (less.deviance - judged.deviance), ODDS)
     best = _likeliest([score for score in scores if score.gain > least])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from physics.effect import Effect, Parameter, Values
+from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.followed import followed
 from physics.light import Light, Return
 from physics.light_between import around, light_at
@@ -30,6 +30,10 @@ class RollingShutter(Effect):
     acts_on = "scene"
     order = -9  # It is the camera's image that is amiss, before all that light does.
     sentence = "the camera takes the rows of its image one after another while things move"
+    look_alikes = tuple(
+        LookAlike(name, "Mount the camera upside down: the first rows become the last, a delay stays as it was.")
+        for name in ("time_lag", "time_zero_drift")
+    )
     forms = (("readout",), ("readout", "stamped"))
     parameters = (
         Parameter("readout", "s", -1.0, 1.0, 0.02, "How much later the last row is than the first.", 0.0),

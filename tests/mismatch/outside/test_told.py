@@ -71,3 +71,16 @@ def test_frames_held_out_that_prefer_a_name_with_numbers_of_zones_keep_it(
     assert [place.sentence for place in found] == (
         ["zone_gain stands in for something else: it fits better, by 40 in deviance, if x"] if told else []
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "beside", "asked"), [("zone_gain", False, False), ("zone_gain", True, True), ("time_lag", False, True)]
+)
+def test_what_can_be_mistaken_for_some_names_alone_is_asked_for_beside_these(drawn, monkeypatch, name, beside, asked):
+    """It takes long to render, and could not be what others are."""
+    forms = []
+    monkeypatch.setattr(module, "ranked", lambda train, less, these: (forms.extend(these) or [], 0))
+    judged = SimpleNamespace(forms=[SimpleNamespace(effect=SimpleNamespace(id=name))], deviance=0.0)
+    assert not module._outside(drawn(8), SimpleNamespace(deviance=100.0), judged, beside)
+    assert ("rolling_shutter" in {form.effect.id for form in forms}) == asked
+    assert "frame_average" in {form.effect.id for form in forms}
