@@ -57,11 +57,16 @@ class _Matched:
         """(P, 2T - 1) how an excess goes with the replica."""
         return (self._dimmer * correlation(self._light, excess * self._noise)).sum(axis=0)
 
-    def third(self, excess: np.ndarray, spacing: float, evidence: float) -> tuple[float, float] | None:
-        """Bins behind a second pulse at which another is, of how much of its light; None where nothing tells of one."""
+    def third(
+        self, excess: np.ndarray, promised: np.ndarray, spacing: float, evidence: float
+    ) -> tuple[float, float] | None:
+        """Bins behind a second pulse at which another is, of how much of its light; None where nothing tells of one.
+
+        promised: (P, 2T - 1) of the excess. spacing: bins from the first pulse to the second. evidence: for that.
+        """
         bins, free = self._light.shape[-1], np.where(self.told, self.free, 1)
         at = spacing + bins - 1
-        part = max(float(self.promised(excess)[:, round(at)].sum()), 0.0) / free[round(at)]
+        part = max(float(promised[:, round(at)].sum()), 0.0) / free[round(at)]
         left = excess - part * (self._dimmer[..., round(at), None] * _later(self._light, spacing))
         again = np.maximum(self.promised(left).sum(axis=0), 0) / free
         there = peaks(np.where(self.told & (np.arange(2 * bins - 1) >= at + BEHIND), again**2 * free, 0))
@@ -112,7 +117,7 @@ def replicas(
         ends = middle[early][[first, max(last - 1, first)]] + np.array([-0.5, 0.5]) * metres
         spacing = float((at - (bins - 1)) * metres)
         behind = k > 0 and not found
-        third = matched.third(excess, at - (bins - 1), evidence) if behind else None
+        third = matched.third(excess, promised, at - (bins - 1), evidence) if behind else None
         third = None if third is None else (third[0] * metres, third[1])
         found.append(Replica(spacing, evidence, float(ends[0]), float(ends[1]), of_these, third))
     return found

@@ -13,8 +13,9 @@ MOST_PARTS = 96
 MOST_SLOPES = 257
 # Two lines that are nowhere farther apart than this are one.
 APART_BINS = 2.0
-# From one frame to the next a free clock gains any remainder of many periods, so that hardly one in a hundred comes
-# less far than this part of the window in a session: that is a thing that moves, and what comes farther hardly is.
+# From one frame to the next a free clock gains any remainder of many periods, at least a window long: in N frames it
+# comes less far than this part of the window with a chance of 0.6 / N at most. That is a thing that moves, and what
+# comes farther hardly is.
 CROSSED = 0.3
 
 
