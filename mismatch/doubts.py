@@ -1,7 +1,7 @@
 """Names that stand in for something else: they gain far less on held-out frames than they should, or contradict it."""
 
 from mismatch.fit import Fit
-from mismatch.gained import SHORT_LOOKING, SIGNIFICANT, chance, falls_short
+from mismatch.gained import SHORT_ROUGHLY, SIGNIFICANT, chance, falls_short
 from mismatch.places import Place, wherever
 from mismatch.simulation import Simulation
 from mismatch.verdict import Named
@@ -14,8 +14,10 @@ def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -
     for one in effects:
         told = one.heldout_gain, one.expected_gain, one.scatter
         # What counts that are trusted less leave of a name may be no more than noise gains.
-        noise = one.p_value > SIGNIFICANT and one.heldout_gain < SHORT_LOOKING * one.expected_gain
-        if noise or falls_short(*told, one.id in looking, len(effects)):
+        noise = one.p_value > SIGNIFICANT and one.heldout_gain < SHORT_ROUGHLY * one.expected_gain
+        # A response that was estimated is off in part as the name is, and leaves less to be gained.
+        roughly = one.id in looking or simulation.loose is not None
+        if noise or falls_short(*told, roughly, len(effects)):
             gained = f"gains {one.heldout_gain:.0f} on frames held out where {one.expected_gain:.0f} are due"
             gained += ", and noise may gain as much" if noise else ""
             p_value = chance(*told) * len(effects)

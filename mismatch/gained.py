@@ -15,7 +15,7 @@ from mismatch.simulation import Simulation
 SIGNIFICANT = 1e-3
 # A true cause whose formula is a little different falls short by less than this part; one that looks at each frame, or
 # of which nobody saw all, gains more or less as things happen to be in better or worse places.
-SHORT, SHORT_LOOKING = 0.75, 0.5
+SHORT, SHORT_ROUGHLY = 0.75, 0.5
 # How often frames are drawn to say what an effect that looks should gain.
 DRAWS = 8
 
@@ -89,9 +89,12 @@ def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> tuple[float, flo
     return float(np.mean(each)), float(np.std(each, ddof=1))
 
 
-def falls_short(observed: float, expected: float, scatter: float, looking: bool, tried: int = 1) -> bool:
-    """Whether deviance gained on held-out frames is far below what it should be were the name right."""
-    short = observed < (SHORT_LOOKING if looking else SHORT) * max(expected, 1.0)
+def falls_short(observed: float, expected: float, scatter: float, roughly: bool, tried: int = 1) -> bool:
+    """Whether deviance gained on held-out frames is far below what it should be were the name right.
+
+    roughly: whether what it should be is known roughly, as of what looks at each frame.
+    """
+    short = observed < (SHORT_ROUGHLY if roughly else SHORT) * max(expected, 1.0)
     return short and chance(observed, expected, scatter) * tried < SIGNIFICANT
 
 

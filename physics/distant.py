@@ -1,6 +1,7 @@
 """A far thing of limited extent, whose light is of the shot before: where it is, as an excess of counts tells."""
 
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 from scipy.constants import speed_of_light
@@ -14,6 +15,9 @@ from physics.replicas import DARK
 # Half the size that fits begin with, as a part of the distance; middles lie as far apart as that, in directions that so
 # many frames saw.
 EXTENT, FRAMES = 0.2, 6
+# Halved while that explains so many times as much, as what is small must, and not below this; where so much deviance
+# is explained at all.
+LIKELIER, SMALLEST, EXPLAINED = 1.05, 0.025, 20.0
 # The same of a wall across all of the view.
 ACROSS = 4.0
 # Of the most that a board could show, what is too little to tell where it is; and what no division may meet.
@@ -54,13 +58,29 @@ def seen_board(
 def likely_boards(
     excess: np.ndarray, expected: np.ndarray, rendering: Rendering, period_s: float
 ) -> list[dict[str, float]]:
-    """Boards that explain most of an excess (F, P, T): going along with the camera and, where it moves, standing."""
-    rays, found = rendering.light.rays[looked_at(rendering.light)[1:]], []
-    for still, motion in ways(rendering):
-        tried = [(toward, EXTENT) for toward in _directions(rays, motion)]
-        board = _likeliest(excess, expected, rendering, period_s, motion, tried)
-        found += [] if board is None else [board | {"still": still}]
+    """Boards that explain most of an excess (F, P, T): going along with the camera and, where it moves, standing.
+
+    Seen before whatever depth images hold and, where they lack it somewhere, `hidden` by what they hold.
+    """
+    some, found = looked_at(rendering.light), []
+    rays, known = rendering.light.rays[some[1:]], rendering.light.range_m[some] > 0
+    for hidden, (still, motion) in product((0.0,) if known.all() else (0.0, 1.0), ways(rendering)):
+        tried, board = [(toward, EXTENT) for toward in _directions(rays, motion)], None
+        while tried:
+            likelier = _likeliest(excess, expected, rendering, period_s, motion, tried, 1 - hidden * known)
+            tried = []
+            if likelier is not None and likelier[0] > LIKELIER * (board[0] if board else 0.0):
+                board, tried = likelier, list(_parts(likelier[1])) if likelier[0] > EXPLAINED else []
+        found += [] if board is None else [board[1] | {"still": still, "hidden": hidden}]
     return found
+
+
+def _parts(board: dict[str, float]) -> Iterator[tuple[tuple[float, float], float]]:
+    """Azimuths, elevations and half the size of boards half as large within and about a board."""
+    half = board["wide"] / 2
+    if half >= SMALLEST:
+        for right, up in np.ndindex(5, 5):
+            yield (board["azimuth"] + (right - 2) * half, board["elevation"] + (up - 2) * half), half
 
 
 def likely_across(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
@@ -71,7 +91,7 @@ def likely_across(excess: np.ndarray, expected: np.ndarray, rendering: Rendering
     period_s, found = rendering.clock.bins * rendering.clock.bin_width_s, []
     for still, motion in ways(rendering):
         wall = _likeliest(excess, expected, rendering, period_s, motion, [((0.0, 0.0), ACROSS)])
-        found += [] if wall is None else [{"depth": wall["depth"], "period": period_s, "still": still}]
+        found += [] if wall is None else [{"depth": wall[1]["depth"], "period": period_s, "still": still}]
     return found
 
 
@@ -82,10 +102,12 @@ def _likeliest(
     period_s: float,
     motion: Motion | None,
     tried: list[tuple[tuple[float, float], float]],
-) -> dict[str, float] | None:
-    """The board one period, seconds, away that explains most of an excess (F, P, T); None where none would.
+    seen: np.ndarray | float = 1.0,
+) -> tuple[float, dict[str, float]] | None:
+    """The deviance and the board one period, seconds, away that explains most of an excess (F, P, T); None: none would.
 
-    tried: directions, azimuth and elevation, and half of the size over the distance.
+    tried: directions, azimuth and elevation, and half of the size over the distance. seen: part (F, H, W) of it that
+    pixels `looked_at` see.
 
     Matched filters for white noise (Turin 1960, IRE Trans. Inf. Theory 6, 311) at all whole bins: of the pulse, where
     the way to the board puts it in each frame, and of what each zone sees of it.
@@ -100,7 +122,7 @@ def _likeliest(
     best, found = 0.0, None
     for toward, half in tried:
         there = seen_board(rays, toward, away_m, (half, half), motion, light.time_s)[1]
-        share = received(there, rendering.footprints.weights[some])
+        share = received(there * seen, rendering.footprints.weights[some])
         # Which bin of each frame and zone light comes in from as many bins farther than the period reaches.
         nearer_m = away_m - planes(normal_of(toward), away_m, motion, light.time_s)[1]
         first = np.rint(zero - (nearer_m / bin_m)[:, None]).astype(int)
@@ -114,7 +136,7 @@ def _likeliest(
         if evidence[later] > best:
             place = {"depth": float(away_m[0] + later * bin_m), "azimuth": toward[0], "elevation": toward[1]}
             best, found = float(evidence[later]), place | {"wide": half, "high": half}
-    return found
+    return None if found is None else (best, found)
 
 
 def _directions(rays: np.ndarray, motion: Motion | None) -> Iterator[tuple[float, float]]:

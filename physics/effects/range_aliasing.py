@@ -90,7 +90,8 @@ class RangeAliasing(Effect):
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
         Parameter("across", "1", 0.0, 1e3, 0.5, "Reflectance of a wall that is seen all over.", vanishes_at=0.0),
-        Parameter("distant", "1", 0.0, 1e3, 0.5, "Reflectance of a thing that is seen anyway.", vanishes_at=0.0),
+        Parameter("distant", "1", 0.0, 1e3, 0.5, "Reflectance of a thing of some extent.", vanishes_at=0.0),
+        Parameter("hidden", "1", 0.0, 1.0, 0.0, "Part of that thing's light that surfaces of known depth keep back."),
         Parameter("wide", "1", 0.02, 2.0, 0.2, "Half its width over its distance."),
         Parameter("high", "1", 0.02, 2.0, 0.2, "Half its height over its distance."),
         Parameter("depth", "m", 1.0, 60.0, 10.0, "How far away that wall or thing is at the start."),
@@ -127,6 +128,7 @@ class RangeAliasing(Effect):
         toward, tilt, away_m, motion = self._place(values, rendering)
         extent, light = (values["wide"], values["high"]), rendering.light
         ranges, strength = seen_board(light.rays, toward, away_m, extent, motion, light.time_s, tilt)
+        strength = strength * (1 - values["hidden"] * (light.range_m > 0))
         return [Return(ranges.astype(np.float32), strength.astype(np.float32))]
 
     def _place(self, values: Values, rendering: Rendering) -> tuple:

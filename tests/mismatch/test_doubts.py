@@ -1,5 +1,6 @@
 """Names that gain less than they should."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -28,6 +29,13 @@ def test_a_name_is_doubted_where_it_falls_far_short(drawn, gain, expected, doubt
         assert found[0].sentence.startswith("pile_up stands in for something else: it gains ")
         assert found[0].p_value < 1e-3
         assert found[0].follows == "nothing"
+
+
+@pytest.mark.parametrize(("gain", "doubted"), [(1031, False), (600, True)])
+def test_a_name_beside_an_estimated_response_is_doubted_later(drawn, gain, doubted):
+    simulation = drawn(1)
+    simulation = replace(simulation, loose=np.zeros((1, *simulation.counts.shape)))
+    assert len(doubts(simulation, NOBODY, (named("gain_drift", gain, 1394),))) == doubted
 
 
 @pytest.mark.parametrize(("gain", "doubted"), [(1000, False), (1423, False), (700, True)])

@@ -70,9 +70,29 @@ def test_where_a_board_is_shows_in_an_excess(still):
     rendering = Rendering(light, where, clock, 1e4, background=np.ones((4, 1)))
     (found,) = [b for b in likely_boards(excess, plain, rendering, PERIOD_S) if b["still"] == still]
     assert found["depth"] == pytest.approx(9.3, abs=0.1)
+    assert found["hidden"] == 0
     assert np.hypot(found["azimuth"] - 0.15, found["elevation"] - 0.1) < 0.2
     starts = effect.starts(excess, plain, rendering)
     assert {start["still"] for start in starts if "distant" in start} == {0.0, 1.0}
+
+
+def test_a_small_thing_is_found_small_and_through_an_opening():
+    """A reflector far less wide than what is tried first, where depth is unknown; elsewhere what is nearer hides it."""
+    light, where, clock = sensor(12)
+    opening = np.where(np.hypot(*np.mgrid[-15:15, -24:16]) < 6, np.nan, 1.2)
+    light = direct_light(np.tile(opening, (12, 1, 1)), MATRIX, time_s=light.time_s)
+    place = {"depth": 9.3, "azimuth": 0.15, "elevation": 0.0, "wide": 0.04, "high": 0.04, "hidden": 1.0}
+    model = ForwardModel(light, where, clock, np.ones(4))
+    plain = model.expected(1e4)
+    seen = model.expected(1e4, [effect.at(counts=0, distant=200, **place)]) - plain
+    beside = model.expected(1e4, [effect.at(counts=0, distant=200, **(place | {"azimuth": -0.4}))]) - plain
+    assert beside.max() < 1e-6 * seen.max()
+    rendering = Rendering(light, where, clock, 1e4, background=np.ones((4, 1)))
+    found = {board["hidden"]: board for board in likely_boards(seen, plain, rendering, PERIOD_S)}
+    assert {hidden: board["depth"] for hidden, board in found.items()} == pytest.approx({0: 9.3, 1: 9.3}, abs=0.1)
+    # What an opening lets through four zones may be wide.
+    assert found[0.0]["wide"] <= 0.1
+    assert np.hypot(found[0.0]["azimuth"] - 0.15, found[0.0]["elevation"]) < 0.1
 
 
 @pytest.mark.parametrize("still", [0.0, 1.0])

@@ -85,4 +85,5 @@ def _thing(world: World, values: Values) -> World:
     part = ((depth > 0) & (cosine > EDGE_ON)) / (1 + np.exp(np.clip(outside / RIM, -60, 60))).prod(axis=1)
     shape = world.depth_m.shape
     depth, cosine, part = (of.reshape(shape) for of in (np.where(depth > 0, depth, np.nan), cosine, part))
+    part = part * (1 - values["hidden"] * (world.depth_m > 0))
     return replace(world, depth_m=depth, reflectance=values["distant"] * part, cosine=cosine, gloss=1.0, behind=None)

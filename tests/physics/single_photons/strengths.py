@@ -205,6 +205,7 @@ STRENGTHS = {
         {"counts": 0, "distant": 1, "depth": 1.1, "period": 3e-9, "azimuth": -0.1, "high": 0.1, "still": 1.0},
         {"counts": 0, "distant": 1, "depth": 1.1, "period": 3e-9, "wide": 0.1, "smear": 3e-10},
         {"counts": 0, "across": 0.5, "depth": 1.1, "period": 3e-9, "smear": 2e-10, "still": 1.0},
+        {"counts": 0, "distant": 2, "depth": 1.1, "period": 3e-9, "wide": 0.3, "hidden": 0.6},
     ],
     "range_falloff": [
         {"overlap_range": 0.4},
