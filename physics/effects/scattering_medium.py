@@ -15,8 +15,8 @@ from physics.walk import SHORTEST_S, curve
 # Extinctions of swathes, at so many even times and halfway between them.
 HAZE = tuple(f"haze_{k}" for k in range(1, 7))
 HALFWAY = tuple(f"halfway_{k}" for k in range(1, 6))
-# What ends so near to the sensor, metres, is its own window.
-WINDOW_M = 0.05
+# Air half of whose light comes from nearer than this, metres, is the sensor's own window for all anybody can tell.
+WINDOW_M = 0.1
 # All zones look into the same air: where one sees this many times what most do it is rather a pulse of each.
 UNEVEN = 1.5
 
@@ -127,10 +127,14 @@ class ScatteringMedium(Effect):
         return replace(surfaces, light=through(surfaces.light, air, alpha, way, back))
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A layer that ends at the sensor's own glass is that glass; nor does air differ much from zone to zone."""
+        """Air that shines at the sensor's own glass is that glass; nor does air differ much from zone to zone."""
         extinction = np.atleast_1d(values["extinction"]) + sum(values[name] for name in HAZE)
-        uneven = extinction.max() > UNEVEN * np.median(extinction)
-        return bool(uneven or (extinction.any() and values["begin"] + values["thickness"] < WINDOW_M))
+        if not extinction.any():
+            return False
+        ranges = ranges_of(rendering.clock)[:1, :1]
+        until = np.cumsum(layers(values, rendering.clock, ranges).ravel())
+        middle = ranges.ravel()[np.searchsorted(until, until[-1] / 2)]
+        return bool(extinction.max() > UNEVEN * np.median(extinction) or middle < WINDOW_M)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The layer whose backscatter explains most of an excess; and swathes, in as many parts of the session."""

@@ -104,16 +104,31 @@ def test_swathes_that_drift_by_are_as_dense_as_it_is_then(small):
     np.testing.assert_array_equal(model.expected(1e3, [effect.at(haze_1=0.5)]), model.expected(1e3))
 
 
-@pytest.mark.parametrize(("begin", "thickness", "glass"), [(0.0, 0.02, True), (0.03, 0.1, False), (0.0, 100.0, False)])
-def test_a_layer_on_the_sensor_is_rather_its_glass(begin, thickness, glass):
-    assert effect.strained(effect.at(extinction=0.1, begin=begin, thickness=thickness).values, None) == glass
+@pytest.mark.parametrize(
+    ("layer", "glass"),
+    [
+        ({"begin": 0.0, "thickness": 0.02}, True),
+        ({"begin": 0.15, "thickness": 0.1}, False),
+        ({"overlap": 0.3}, False),
+        ({"overlap": 0.004}, True),
+        ({"overlap": 0.004, "blind": 0.15}, False),
+    ],
+)
+def test_air_that_shines_at_the_sensor_is_rather_its_glass(small, layer, glass):
+    rendering = Rendering(small.light, small.footprints, small.clock, 1e3)
+    assert effect.strained(effect.at(extinction=0.1, **layer).values, rendering) == glass
+    # Half of ∫ dr / (r² + overlap²) from the blind range to the layer's end comes from nearer than its middle.
+    values = effect.at(**layer).values
+    begin, end = max(values["begin"], values["blind"]), values["begin"] + values["thickness"]
+    inner, outer = (np.arctan(at / values["overlap"]) for at in (begin, end))
+    assert (values["overlap"] * np.tan((inner + outer) / 2) < 0.1) == glass
 
 
-def test_air_does_not_differ_much_from_zone_to_zone():
-    dense = [0.03, 0.04, 0.03, 0.035]
-    assert not effect.strained(effect.at(extinction=np.array(dense)).values, None)
-    assert effect.strained(effect.at(extinction=np.array([*dense, 0.06])).values, None)
-    assert not effect.strained(effect.at(extinction=0.0).values, None)
+def test_air_does_not_differ_much_from_zone_to_zone(small):
+    rendering, dense = Rendering(small.light, small.footprints, small.clock, 1e3), [0.03, 0.04, 0.03, 0.035]
+    assert not effect.strained(effect.at(extinction=np.array(dense), overlap=0.3).values, rendering)
+    assert effect.strained(effect.at(extinction=np.array([*dense, 0.06]), overlap=0.3).values, rendering)
+    assert not effect.strained(effect.at(extinction=0.0).values, rendering)
 
 
 def test_smoke_grows_denser(small, model):
