@@ -26,7 +26,8 @@ class BinWidthError(Effect):
 
     Where time zero was measured in bins, by the same clock, a target at range 0 stays in its bin, and all others come
     nearer by the factor 1 / (1 + error); where it is known in seconds, that target comes nearer, too. The laser's pulse
-    lasts as many seconds as before, hence fewer bins by the same factor. Background is counts per bin as this clock
+    lasts as many seconds as before, hence fewer bins by the same factor; or as many bins, where its response was
+    measured in bins by the same clock (`pulse_in_bins`). Background is counts per bin as this clock
     recorded them: unchanged. Where time zero was told by the recording itself, it is what fits the ranges that were
     seen: then a target at `still_at` stays where it is, and nearer ones come nearer still.
     """
@@ -46,6 +47,7 @@ class BinWidthError(Effect):
     forms = (
         ("error",),
         ("error", "zero_in_seconds"),
+        ("error", "pulse_in_bins"),
         ("warmup", "tau"),
         ("error", "warmup", "tau"),
         ("warmup", "tau", "zero_in_seconds"),
@@ -79,6 +81,9 @@ class BinWidthError(Effect):
             tries=(1.0,),
             sentence="Part of time zero that is known in seconds: 0 where it was measured in bins.",
         ),
+        Parameter(
+            "pulse_in_bins", "1", 0.0, 1.0, 0.0, "Part of a pulse's length that was measured in bins.", tries=(1.0,)
+        ),
         Parameter("still_at", "m", 0.0, 50.0, 0.0, "Range at which targets stay in their bins.", tries=(1.0,)),
     )
 
@@ -96,7 +101,7 @@ class BinWidthError(Effect):
             clock,
             bin_width_s=clock.bin_width_s * scale,
             time_zero_s=zero + values["error"] * _flight_s(values),
-            pulse=_in_steps_of(clock.pulse, scale, clock.bin_width_s),
+            pulse=_in_steps_of(clock.pulse, scale, clock.bin_width_s, 1 + values["error"] * values["pulse_in_bins"]),
         )
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
@@ -127,8 +132,8 @@ def _flight_s(values: Values) -> float:
     return 2 * float(values["still_at"]) / speed_of_light
 
 
-def _in_steps_of(pulse: ImpulseResponse, scale: float, bin_width_s: float) -> ImpulseResponse:
-    """The same pulse on steps that are `scale` times as wide, or an even part of that: bins of whole steps stay so.
+def _in_steps_of(pulse: ImpulseResponse, scale: float, bin_width_s: float, longer: float) -> ImpulseResponse:
+    """A pulse `longer` times as long on steps `scale` times as wide, or an even part of that: bins of whole steps stay.
 
     Its cumulative, linear within a step, is read at the new edges. Between two of them it can be off by the kink there
     times a quarter of their distance; a bin has two ends. How many parts a step is cut into does not depend on the
@@ -139,8 +144,8 @@ def _in_steps_of(pulse: ImpulseResponse, scale: float, bin_width_s: float) -> Im
     parts = max(1, min(parts, int(MOST_STEPS_PER_BIN * pulse.step_s / bin_width_s)))
     width = pulse.step_s * scale / parts
     length = pulse.edges[-1] - pulse.edges[0]
-    edges = pulse.edges[0] + width * np.arange(np.ceil(length / width) + 1)
-    return ImpulseResponse((edges[1:] + edges[:-1]) / 2, np.diff(pulse.cumulative(edges)))
+    edges = longer * pulse.edges[0] + width * np.arange(np.ceil(longer * length / width) + 1)
+    return ImpulseResponse((edges[1:] + edges[:-1]) / 2, np.diff(pulse.cumulative(edges / longer)))
 
 
 effect = BinWidthError()

@@ -13,14 +13,15 @@ from physics.single_photons.world import Photons, World
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """Photons fly and wait as ever. The clock's ticks are longer, and time zero is a number of them, or in part not.
 
-    Or it is such that a target at some range is in the bin it would be in.
+    Or it is such that a target at some range is in the bin it would be in. A pulse may be a number of them, too.
     """
     ticks = world.time_zero_s / world.bin_width_s * (1 - values["zero_in_seconds"])
     kept = world.time_zero_s * values["zero_in_seconds"]
     settled = 1 - np.exp(-world.time_s / values["tau"])
     width = world.bin_width_s * (1 + values["error"] + values["warmup"] * settled)
     later = (width / world.bin_width_s - 1) * _flight_s(values)
-    return replace(world, bin_width_s=width, time_zero_s=ticks * width + kept + later)
+    pulse_s = world.pulse_time_s * (1 + values["error"] * values["pulse_in_bins"])
+    return replace(world, bin_width_s=width, time_zero_s=ticks * width + kept + later, pulse_time_s=pulse_s)
 
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:

@@ -48,6 +48,9 @@ def test_a_target_at_no_range_stays_and_others_come_nearer_in_proportion(small, 
     assert near == pytest.approx(zero / width, abs=5e-3)
     assert place(2.0, error=error)[0] == pytest.approx((zero + 4 / C / (1 + error)) / width, abs=5e-3)
     assert wide == pytest.approx(0.3e-9 / width / (1 + error), rel=2e-3)
+    there, kept = place(2.0, error=error, pulse_in_bins=1)
+    assert there == pytest.approx((zero + 4 / C / (1 + error)) / width, abs=5e-3)
+    assert kept == pytest.approx(0.3e-9 / width, rel=2e-3)
 
 
 def test_background_and_light_are_kept(small):

@@ -60,6 +60,7 @@ STRENGTHS = {
         {"error": -0.03, "warmup": -0.01, "tau": 0.05, "zero_in_seconds": 0.4},
         {"error": 0.04, "still_at": 0.6},
         {"error": -0.03, "apart": [0, 0.01, -0.01, 0.005], "still_at": 0.5},
+        {"error": 0.08, "pulse_in_bins": 1.0},
     ],
     "counter_saturation": [
         {"ceiling": 60},
