@@ -7,10 +7,10 @@ import numpy as np
 NEAREST_M = 0.1
 
 
-def spread_by(range_m: np.ndarray, spacing_m: float, falloff: float) -> np.ndarray:
-    """How many times as much light returns from a surface so much farther, or nearer where negative."""
+def spread_by(range_m: np.ndarray, spacing_m: np.ndarray | float, falloff: float) -> np.ndarray:
+    """How many times as much light returns from a surface so much farther, or nearer where all are negative."""
     there = range_m + spacing_m
-    if spacing_m >= 0:
+    if np.max(spacing_m) >= 0:
         return (range_m / there) ** falloff
     nearest = np.minimum(NEAREST_M, range_m / 2)
     return (range_m / np.maximum(there, nearest)) ** falloff * np.clip(there / nearest, 0, 1)

@@ -22,7 +22,7 @@ LEAST_JITTER_S = 1e-14
 # A wall stands still, or it goes along with the camera.
 STILL = 0.5
 # What a target that stands still comes nearer by as the camera moves right, down and ahead: the cosines of where it is.
-TOWARD = ("still_right", "still_down", "still")
+ASIDE, TOWARD = ("right", "down"), ("still_right", "still_down", "still")
 # No laser's period varies so much by chance, and few targets are so deep (0.45 m); rising dark counts are as broad.
 BROADEST_S = 3e-9
 # What says where a thing of limited extent is.
@@ -85,8 +85,7 @@ class RangeAliasing(Effect):
         Parameter("jitter", "s", 0.0, 1e-8, 0.0, "Most by which the laser's period is longer.", tries=(1e-10, 1e-9)),
         Parameter("spread", "s", 0.0, 5e-9, 0.0, "Standard deviation of it, or of a deep target.", tries=(5e-10,)),
         Parameter("still", "1", -1.5, 1.5, 0.0, "Metres it comes nearer for each the camera moves; 1 where it rests."),
-        Parameter("still_right", "1", -1.5, 1.5, 0.0, "The same for each that the camera moves to the right."),
-        Parameter("still_down", "1", -1.5, 1.5, 0.0, "The same for each that it moves down."),
+        *(Parameter(f"still_{way}", "1", -1.5, 1.5, 0.0, f"The same for each it moves {way}.") for way in ASIDE),
         Parameter("folded", "1", 0.0, 1e3, 1.0, "Part of the light of surfaces beyond the period.", vanishes_at=0.0),
         Parameter("through", "1", 0.0, 1e3, 0.5, "Reflectance of a wall where depth is unknown.", vanishes_at=0.0),
         Parameter("across", "1", 0.0, 1e3, 0.5, "Reflectance of a wall that is seen all over.", vanishes_at=0.0),
@@ -120,8 +119,8 @@ class RangeAliasing(Effect):
     def _wall(self, values: Values, rendering: Rendering, anywhere: bool = False) -> list[Return]:
         """What a wall across the view sends back where depth is unknown, or anywhere."""
         toward, tilt, away_m, motion = self._place(values, rendering)
-        light = rendering.light
-        return seen_through(light, *planes(normal_of(toward, tilt), away_m, motion, light.time_s), anywhere)
+        there = planes(normal_of(toward, tilt), away_m, motion, rendering.light.time_s)
+        return seen_through(rendering.light, *there, anywhere)
 
     def _thing(self, values: Values, rendering: Rendering) -> list[Return]:
         """What a thing of limited extent sends back."""
@@ -148,9 +147,8 @@ class RangeAliasing(Effect):
     def _pulse(self, values: Values, rendering: Rendering) -> np.ndarray:
         """(F or 1, P or 1, T) shares of the pulse by bin, over the jitter: exact for a cumulative linear in steps."""
         clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
-        way_m = self._way(values, rendering)
-        way_m = way_m if way_m.any() else way_m[:1]  # Frames alike are worked out once.
-        ranges = np.atleast_1d(values["apparent_range"]) + way_m[:, None]
+        way_m = self._way(values, rendering)[:, None]  # Frames alike are worked out once.
+        ranges = np.atleast_1d(values["apparent_range"]) + (way_m if way_m.any() else way_m[:1])
         arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
         after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
         pulse = longer(clock.pulse, values["spread"])
@@ -175,8 +173,8 @@ class RangeAliasing(Effect):
         way_m, clock = moved_m(rendering.light)[:, 2], rendering.clock
         way_s = -2 * way_m / speed_of_light
         for still in (0.0, 1.0) if np.ptp(way_s) > clock.bin_width_s / 2 else (0.0,):
-            tracks = straight_tracks(excess, expected, rendering, 2 * fastest / speed_of_light, way_s=still * way_s)
-            for track in tracks:
+            most = 2 * fastest / speed_of_light
+            for track in straight_tracks(excess, expected, rendering, most, way_s=still * way_s):
                 apparent = float(speed_of_light / 2 * (track.arrival_s - np.mean(clock.time_zero_s)))
                 moves = {"speed": float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest)), "still": still}
                 if apparent >= self.parameter("apparent_range").low:
@@ -185,8 +183,8 @@ class RangeAliasing(Effect):
         ways, every = curved_track(excess, expected, rendering)
         for arrival_s, levels in ways:
             apparent = speed_of_light / 2 * (arrival_s - np.mean(clock.time_zero_s))
-            where = {"apparent_range": float(apparent), "every": every}
-            where |= {name: speed_of_light / 2 * level for name, level in levels.items()}
+            by_m = {name: speed_of_light / 2 * level for name, level in levels.items()}
+            where = {"apparent_range": float(apparent), "every": every} | by_m
             if all(self.parameter(name).low <= value <= self.parameter(name).high for name, value in where.items()):
                 found.append({"counts": self.parameter("counts").start} | where)
         period, reach, smear = (self.parameter(name) for name in ("period", "depth", "smear"))
@@ -194,8 +192,8 @@ class RangeAliasing(Effect):
         far += [("across", wall) for wall in likely_across(excess, expected, rendering)]
         far += [("distant", board) for board in likely_boards(excess, expected, rendering, period.start)]
         for name, where in far:
-            depth = float(np.clip(where["depth"], reach.low, reach.high))
-            beyond.append({name: self.parameter(name).start} | where | {"depth": depth})
+            beyond.append({name: self.parameter(name).start} | where)
+            beyond[-1]["depth"] = float(np.clip(where["depth"], reach.low, reach.high))
         return found + beyond
 
 

@@ -26,8 +26,8 @@ PARTLY, UNEVEN = 1.1, 0.8
 WHOLE = 0.95
 # Two pulses less than this part of a bin apart are one. Width of the ends of what is covered, in log range.
 THIN_BINS, EDGE = 0.1, 0.02
-# So many spacings are looked at for panes.
-PANES = 3
+# So many spacings are looked at for panes. Surfaces met at a smaller cosine than this are seen edge on.
+PANES, LEAST_COSINE = 3, 0.1
 
 
 class SecondSurface(Effect):
@@ -43,7 +43,8 @@ class SecondSurface(Effect):
     a part of its own, where glass covers part of the view. A sheet at or behind the sensor is dark. One thing alone may
     be translucent, or stand behind glass: surfaces are told apart and followed through the frames by their geometry,
     the largest first (`segments`). So may part of a surface, as a window is set in a wall: a ball in space (`marks`).
-    Panes come in pairs: a third surface may send back `again` times the second's light from `beyond` that.
+    Panes come in pairs: a third surface may send back `again` times the second's light from `beyond` that. What is
+    spacing metres behind along a surface's normal, `parallel` to it, is spacing / cosθ farther along the ray.
     """
 
     id = "second_surface"
@@ -62,6 +63,7 @@ class SecondSurface(Effect):
         ("one", "spacing", "reflectance"),
         ("pane", "spacing", "reflectance", "pane_x", "pane_y", "pane_z", "pane_size"),
         ("passed", "spacing", "again", "beyond"),
+        ("parallel", "spacing", "reflectance"),
     )
     parameters = (
         Parameter(
@@ -71,15 +73,11 @@ class SecondSurface(Effect):
         Parameter("one", "1", 0.0, 1.0, 0.1, "The same, of surface number `surface` only.", vanishes_at=0.0),
         *WHICH,
         Parameter("pane", "1", 0.0, 1.0, 0.1, "The same, of surfaces in a ball in space.", vanishes_at=0.0),
+        Parameter("parallel", "1", 0.0, 1.0, 0.1, "The same, where spacing is along surfaces' normals.", 0.0),
         *place_parameters("pane"),
+        # Of panes centimetres.
         Parameter(
-            "spacing",
-            unit="m",
-            low=-5.0,
-            high=5.0,
-            start=0.05,
-            tries=(-0.2, 0.05),
-            sentence="Optical distance to the second surface, negative before the first; that of panes is centimetres.",
+            "spacing", "m", -5.0, 5.0, 0.05, "How far it is behind the first, as light goes.", tries=(-0.2, 0.05)
         ),
         Parameter("reflectance", "1", 0.1, 10.0, 1.0, "Reflectance of the second surface over that of the first."),
         Parameter("falloff", "1", 0.0, 4.0, 2.0, "Power of the ratio of ranges by which the second surface is dimmer."),
@@ -98,24 +96,27 @@ class SecondSurface(Effect):
         return False
 
     def in_scene(self, values: Values) -> bool:
-        """One translucent thing is; a pane before the sensor is not."""
-        return bool(values["one"] or values["pane"])
+        """What pixels see of it is; a pane before the sensor is not."""
+        return bool(values["one"] or values["pane"] or values["parallel"])
 
     def light(self, values: Values, rendering: Rendering) -> Light:
-        """Of one thing, or of part of a surface, in part once more from farther away or nearer."""
+        """Of one thing, of part of a surface or along normals, in part once more from farther away or nearer."""
         light = rendering.light
-        if not (values["one"] or values["pane"]):
+        if not self.in_scene(values):
             return light
         direct, *others = light.returns
         part = values["one"] * (numbers(values, light) == round(values["surface"])) if values["one"] else 0.0
+        part = part + values["parallel"]
+        slant = np.maximum(light.cosine, LEAST_COSINE) if values["parallel"] else 1.0
         if values["pane"]:
             part = np.minimum(part + values["pane"] * in_ball(values, "pane", light), 1)
         lost = part * direct.strength
         ranges = np.where(lost > 0, direct.range_m, 1)
         later = []
         for times, spacing in _others(values):
-            strength = lost * times * spread_by(ranges, spacing, values["falloff"])
-            later.append(Return(np.maximum(ranges + spacing, 0).astype(np.float32), strength.astype(np.float32)))
+            along = np.where(lost > 0, spacing / slant, spacing)
+            strength = lost * times * spread_by(ranges, along, values["falloff"])
+            later.append(Return(np.maximum(ranges + along, 0).astype(np.float32), strength.astype(np.float32)))
         first = replace(direct, strength=(direct.strength - lost).astype(np.float32))
         return replace(light, returns=(first, *others, *later))
 
@@ -163,10 +164,12 @@ class SecondSurface(Effect):
             apart = float(np.clip(spacing_m, spacing.low, spacing.high))
             return {name: self.parameter(name).start, "spacing": apart} | where
 
-        found = []
+        found, (direct, *_) = [], rendering.light.returns
+        facing = float(np.average(np.nan_to_num(rendering.light.cosine), weights=direct.strength + 1e-12))
         for falloff in FALLOFFS:
             for two in replicas(excess, expected, rendering, falloff):
                 found.append(start("passed", two.spacing_m, falloff=falloff))
+                found.append(start("parallel", two.spacing_m * facing, falloff=falloff))
                 if two.third is not None:
                     third = dict(zip(("beyond", "again"), two.third, strict=True))
                     third = {name: min(value, self.parameter(name).high) for name, value in third.items()}

@@ -13,6 +13,8 @@ from physics.single_photons.world import NO_PIXEL, Photons, World
 
 # A sheet fades as it comes nearer than this, or than half the range of what is behind it; metres.
 FADES_M = 0.1
+# Surfaces met at less than this cosine are seen edge on.
+EDGE_ON = 0.1
 # Where surfaces begin and end to be covered, ranges of which one is this power greater are told apart.
 SHARPNESS = 50
 
@@ -23,16 +25,16 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     What the second surface sends back beyond what the first lost is drawn by itself, and all of what a sheet before
     it does, or a third surface: straight, as such a surface has no part in other ways.
     """
-    spacing, ratio = values["spacing"], values["reflectance"]
+    spacing, ratio = _along(values, world).ravel()[photons.pixel], values["reflectance"]
     ranges = way_m(photons, world) / 2
     lost = (rng.random(len(photons)) < _lost(values, world, photons.zone, ranges, photons.pixel)) & (
         photons.pixel != NO_PIXEL
     )
     first = photons.only(~lost)
     if values["again"]:
-        third = {**values, "spacing": spacing + values["beyond"]}
+        third = {**values, "spacing": values["spacing"] + values["beyond"]}
         first = first.and_also(_straight(ratio * values["again"], world, third, rng))
-    if spacing < 0:
+    if values["spacing"] < 0:
         return first.and_also(_straight(ratio, world, values, rng))
     meets = (
         rng.random(len(photons)) * (ranges + spacing) ** values["falloff"] < min(ratio, 1) * ranges ** values["falloff"]
@@ -40,8 +42,8 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     later = photons.only(lost & meets)
     second = replace(
         later,
-        time_s=later.time_s + 2 * spacing / speed_of_light,
-        detour_m=2 * spacing + (np.zeros(len(later)) if later.detour_m is None else later.detour_m),
+        time_s=later.time_s + 2 * spacing[lost & meets] / speed_of_light,
+        detour_m=2 * spacing[lost & meets] + (np.zeros(len(later)) if later.detour_m is None else later.detour_m),
     )
     both = first.and_also(second)
     return both.and_also(_straight(ratio - 1, world, values, rng)) if ratio > 1 else both
@@ -52,7 +54,7 @@ def _lost(values: Values, world: World, zone: np.ndarray, range_m: np.ndarray, p
     with np.errstate(divide="ignore", over="ignore"):
         far_enough = 1 / (1 + (values["nearest"] / range_m) ** SHARPNESS)
         near_enough = 1 / (1 + (range_m / values["farthest"]) ** SHARPNESS)
-    part = by_zone(world, values["passed"])[zone] + values["covered"] * far_enough * near_enough
+    part = by_zone(world, values["passed"])[zone] + values["covered"] * far_enough * near_enough + values["parallel"]
     if values["one"]:
         part = part + values["one"] * (surface_numbers(world, values).ravel()[pixel] == round(values["surface"]))
     if values["pane"]:
@@ -60,10 +62,16 @@ def _lost(values: Values, world: World, zone: np.ndarray, range_m: np.ndarray, p
     return np.minimum(part, 1)
 
 
+def _along(values: Values, world: World) -> np.ndarray:
+    """(H, W) metres along rays to the second surface: its distance, or more where that is meant along normals."""
+    facing = np.maximum(world.cosine, EDGE_ON) if values["parallel"] else np.ones_like(world.depth_m)
+    return values["spacing"] / facing
+
+
 def _straight(ratio: float, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """What a surface of so many times the reflectance, for each photon that the first loses, sends back."""
     far = np.where(world.range_m > 0, world.range_m, np.nan)
-    there = far + values["spacing"]
+    there = far + _along(values, world)
     fades, floor = np.ones_like(far), there
     if values["spacing"] < 0:
         # A sheet that fades is no brighter than where it begins to.

@@ -91,6 +91,23 @@ def test_it_may_reflect_otherwise_and_fall_off_otherwise(small, ratio, falloff):
     np.testing.assert_allclose(found, closed, atol=1e-2 * closed.max())
 
 
+@pytest.mark.parametrize("spacing", [0.2, -0.02])
+def test_a_surface_parallel_to_the_first_is_farther_along_slanted_rays(small, spacing):
+    direct, part = small.light.returns[0], 0.3
+    behind = direct.range_m + np.float32(spacing) / np.maximum(small.light.cosine, 0.1)
+    behind = np.where(direct.strength > 0, behind, 1).astype(np.float32)
+    second = part * direct.strength * (direct.range_m / behind) ** 2
+    returns = (Return(direct.range_m, (1 - part) * direct.strength), Return(behind, second.astype(np.float32)))
+    model = ForwardModel(small.light, small.footprints, small.clock)
+    found = model.expected(1e3, [effect.at(parallel=part, spacing=spacing)])
+    closed = ForwardModel(replace(small.light, returns=returns), small.footprints, small.clock).expected(1e3)
+    np.testing.assert_allclose(found, closed, atol=1e-3 * closed.max())
+    excess = found - (plain := model.expected(1e3))
+    rendering = Rendering(small.light, small.footprints, small.clock, 1e3, background=np.ones((4, 1)))
+    starts = [start for start in effect.starts(excess, plain, rendering) if "parallel" in start]
+    assert min(abs(start["spacing"] - spacing) for start in starts) < 0.1
+
+
 def test_panes_may_come_in_pairs(small):
     passed, spacing, beyond, again = 0.2, 0.15, 0.3, 0.5
     direct = small.light.returns[0]

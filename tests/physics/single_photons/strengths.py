@@ -259,6 +259,8 @@ STRENGTHS = {
         {"one": 0.4, "spacing": -0.2},
         {"pane": 0.5, "spacing": 0.3, "pane_x": 0.05, "pane_y": -0.03, "pane_z": 0.8, "pane_size": 0.3},
         {"passed": 0.3, "spacing": 0.2, "again": 0.6, "beyond": 0.25},
+        {"parallel": 0.5, "spacing": 0.2, "reflectance": 0.7},
+        {"parallel": 0.4, "spacing": -0.2, "again": 0.5},
     ],
     "stray_light": [
         {"share": 0.1},
