@@ -116,10 +116,11 @@ class Form:
     def beginning(self, values: dict[str, Any]) -> "Form | None":
         """The same form begun elsewhere; None where these parameters, or each zone's own, are not in it.
 
-        Nor where they say how strong something is that is not in it, or are out of bounds.
+        Nor where they say how strong something is that is not in it, or what only forms that vary it are told, or are
+        out of bounds.
         """
         strengths = {parameter.name for parameter in self.effect.parameters if parameter.vanishes_at is not None}
-        if strengths & values.keys() - set(self.free):
+        if (strengths | set(self.effect.varied)) & values.keys() - set(self.free):
             return None
         each = {name for name, value in values.items() if np.ndim(value)}
         if not values.keys() & set(self.free) or each & set(self.free) - set(self.own):

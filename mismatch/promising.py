@@ -16,8 +16,8 @@ SCATTER = 3.0
 FITTED, CLOSE = 6, 0.75
 # Where none of them stands out the next are fitted, until so many forms were.
 MOST_FITTED = 12
-# Ways in which one effect is fitted.
-MOST_WAYS = 4
+# Ways in which one effect is fitted; and part of the numbers of a form that another has which is plainer.
+MOST_WAYS, FEWER = 4, 0.5
 # Forms that promise less than this part of the most that any promises are left.
 PROMISING = 0.3
 
@@ -38,9 +38,9 @@ def candidates_among(
 def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
     """For each of the effects that promise most two of its forms that promise most; and of its forms that look, too.
 
-    And one of the same value in all zones, where these have a value for each: it promises less, and costs less. And
-    one in each other way of being there, of other strengths: what they promise where they begin tells little of where
-    they end.
+    And one of the same value in all zones, where these have a value for each, or of far fewer numbers, as what goes
+    straight where these are curved: it promises less, and costs less. And one in each other way of being there, of
+    other strengths: what they promise where they begin tells little of where they end.
 
     most: deviance that there is to be gained, which scores far from where they are true surpass, most of all where
     few counts are expected. Forms that look do not: what they promise they have gained.
@@ -60,6 +60,8 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
         same = [form for form in alike if form.strengths == s.form.strengths]
         plain = same and not s.form.own and all(form.own for form in same)
         another = not same and len(alike) < MOST_WAYS
+        fewest = min((len(form.coordinates) for form in same), default=0)
+        plain = plain or (len(s.form.coordinates) <= FEWER * fewest and s.beyond_noise > CLOSE * best)
         if len(alike) < 2 or plain or another:
             chosen.append(s)
     return chosen

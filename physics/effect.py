@@ -33,7 +33,8 @@ class Effect:
     forms: groups of parameters that are fitted together, one way for it to be there each; all at once where empty.
     richer: those of the forms that are tried only where another of the effect's was chosen and leaves something.
     untold: those tried only where time zero was estimated. common: those in which zones have no values of their own, as
-    fits would take too long. uneven: those in which they have in any case. exact: whether anybody would write it so.
+    fits would take too long. uneven: those in which they have in any case. varied: parameters of which a start tells
+    forms alone that vary them. exact: whether anybody would write it so.
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
     takes the parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random
@@ -52,6 +53,7 @@ class Effect:
     untold: ClassVar[tuple[tuple[str, ...], ...]] = ()
     common: ClassVar[tuple[tuple[str, ...], ...]] = ()
     uneven: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    varied: ClassVar[tuple[str, ...]] = ()
     exact: ClassVar[bool] = False
 
     @property

@@ -5,24 +5,20 @@ from functools import partial
 import numpy as np
 from scipy.constants import speed_of_light
 
-from physics.curved_track import curved_track, own_way
+from physics.curved_track import curved_track
 from physics.distant import likely_across, likely_boards, seen_board
 from physics.effect import Effect, LookAlike, Parameter, Values
+from physics.far_pulse import ASIDE, TOWARD, far_pulse
 from physics.far_wall import normal_of, planes, seen_through, walls
 from physics.folded import one_period_early, periods, seen_beyond
 from physics.light import Return
 from physics.odometry import camera_motion, moved_m
-from physics.pulse import longer
 from physics.rendering import Rendering
 from physics.tracks import CROSSED, straight_tracks
 from physics.walk import BETWEEN, LEVELS, SHORTEST_S
 
-# A steadier laser than this is as good as steady, and what is divided by must not vanish.
-LEAST_JITTER_S = 1e-14
 # A wall stands still, or it goes along with the camera.
 STILL = 0.5
-# What a target that stands still comes nearer by as the camera moves right, down and ahead: the cosines of where it is.
-ASIDE, TOWARD = ("right", "down"), ("still_right", "still_down", "still")
 # No laser's period varies so much by chance, and few targets are so deep (0.45 m); rising dark counts are as broad.
 BROADEST_S = 3e-9
 # What says where a thing of limited extent is.
@@ -32,9 +28,10 @@ BOARD = ("distant", "depth", "azimuth", "elevation", "wide", "high")
 class RangeAliasing(Effect):
     """Light of one shot is registered after the next: a far target seems near.
 
-    Depth images seldom hold it: then it is a pulse at `apparent_range`; a wall at `depth`, seen where depth is unknown
-    (`through`) or all over (`across`); or a thing of some extent there (`physics.distant`). What they hold beyond the
-    period comes back one period early, `folded` times as much as it should; so do wall and thing.
+    Depth images seldom hold it: then it is a pulse at `apparent_range`, alike in all zones, with a number for each, or
+    `as_seen` by those that see more or less in all; a wall at `depth`, seen where depth is unknown (`through`) or all
+    over (`across`); or a thing of some extent there (`physics.distant`). What they hold beyond the period comes back
+    one period early, `folded` times as much as it should; so do wall and thing.
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
     chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
@@ -61,6 +58,7 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", *LEVELS),
         ("counts", "apparent_range", *LEVELS, *BETWEEN),
         ("counts", "apparent_range", *TOWARD),
+        ("counts", "apparent_range", "speed", "as_seen"),
         ("folded", "period"),
         ("folded", "period", "smear"),
         BOARD,
@@ -72,6 +70,7 @@ class RangeAliasing(Effect):
         ("across", "depth", "period", "smear"),
     )
     richer = ((*BOARD, "tilt_x", "tilt_y"), ("counts", "apparent_range", *TOWARD))
+    varied = (*LEVELS, *BETWEEN, "jitter", "spread")  # What goes straight is not on a curved way as well.
     parameters = (
         Parameter("counts", "counts", 0.0, 1e7, 100.0, "Counts per frame of the far target's pulse.", 0.0, axis="zone"),
         # Nearer than 10 cm it is crosstalk for all that anybody can tell.
@@ -82,6 +81,7 @@ class RangeAliasing(Effect):
         *(Parameter(name, "m", -20.0, 20.0, 0.0, f"By how much it is farther at level {name[-1]}.") for name in LEVELS),
         *(Parameter(name, "m", -20.0, 20.0, 0.0, f"Beyond that way, halfway to level {name[-1]}.") for name in BETWEEN),
         Parameter("every", "s", SHORTEST_S, 1e5, SHORTEST_S, "Time from one level to the next."),
+        Parameter("as_seen", "1", 0.0, 1.0, 0.0, "1 where its counts go by what zones see in all.", tries=(1.0,)),
         Parameter("jitter", "s", 0.0, 1e-8, 0.0, "Most by which the laser's period is longer.", tries=(1e-10, 1e-9)),
         Parameter("spread", "s", 0.0, 5e-9, 0.0, "Standard deviation of it, or of a deep target.", tries=(5e-10,)),
         Parameter("still", "1", -1.5, 1.5, 0.0, "Metres it comes nearer for each the camera moves; 1 where it rests."),
@@ -106,7 +106,7 @@ class RangeAliasing(Effect):
         """With the far target's pulse, and with what is seen beyond the period."""
         found = rendering.expected
         if np.any(values["counts"]):
-            found = found + np.atleast_1d(values["counts"])[:, None] * self._pulse(values, rendering)
+            found = found + far_pulse(values, rendering)
         period = values["period"], values["smear"]
         seen = {"through": self._wall, "across": partial(self._wall, anywhere=True), "distant": self._thing}
         seen["folded"] = lambda values, now: seen_beyond(now.light, now.clock, values["period"])
@@ -136,26 +136,6 @@ class RangeAliasing(Effect):
         motion = camera_motion(rendering.light) if values["still"] > STILL else None
         return toward, tilt, values["depth"] + values["speed"] * rendering.light.time_s, motion
 
-    def _way(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """(F,) metres by which it is farther than at the start."""
-        toward = np.array([values[name] for name in TOWARD])
-        nearer = moved_m(rendering.light) @ toward if toward.any() else 0.0  # To ask takes long.
-        found = values["speed"] * rendering.light.time_s - nearer
-        curved = any(values[name] for name in (*LEVELS, *BETWEEN))
-        return found + own_way(values, rendering.light.time_s) if curved else found
-
-    def _pulse(self, values: Values, rendering: Rendering) -> np.ndarray:
-        """(F or 1, P or 1, T) shares of the pulse by bin, over the jitter: exact for a cumulative linear in steps."""
-        clock, jitter = rendering.clock, max(values["jitter"], LEAST_JITTER_S)
-        way_m = self._way(values, rendering)[:, None]  # Frames alike are worked out once.
-        ranges = np.atleast_1d(values["apparent_range"]) + (way_m if way_m.any() else way_m[:1])
-        arrival_s = np.asarray(clock.time_zero_s) + 2 * ranges / speed_of_light
-        after_s = np.arange(clock.bins + 1) * clock.bin_width_s - arrival_s[..., None]
-        pulse = longer(clock.pulse, values["spread"])
-        cumulative = (pulse.integral(after_s + jitter) - pulse.integral(after_s - jitter)) / (2 * jitter)
-        # Rounding makes an empty bin's share a little less than nothing.
-        return np.maximum(np.diff(np.clip(cumulative, 0, 1), axis=-1), 0)
-
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A pulse so broad is what dark counts look like; one that wanders far by itself is another emitter's."""
         window_m = rendering.clock.bins * speed_of_light / 2 * rendering.clock.bin_width_s
@@ -179,7 +159,8 @@ class RangeAliasing(Effect):
                 moves = {"speed": float(np.clip(speed_of_light / 2 * track.drift, slowest, fastest)), "still": still}
                 if apparent >= self.parameter("apparent_range").low:
                     where = {"counts": self.parameter("counts").start, "apparent_range": apparent} | moves
-                    found += [where | {name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
+                    broad = [{name: at} for name in ("jitter", "spread") for at in self.parameter(name).tries]
+                    found += [where | more for more in ({}, *broad)]
         ways, every = curved_track(excess, expected, rendering)
         for arrival_s, levels in ways:
             apparent = speed_of_light / 2 * (arrival_s - np.mean(clock.time_zero_s))

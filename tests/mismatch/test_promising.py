@@ -36,14 +36,14 @@ def test_noise_leaves_little_to_be_gained_and_a_misfit_what_it_makes(level):
 
 
 def scores(*promised):
-    """Scores of forms of effects by name, that look or not, and promise so much; best first."""
+    """Scores of forms of effects by name, that look or not, promise so much, have so many numbers; best first."""
     made = []
-    for name, looks, gain in sorted(promised, key=lambda one: -one[2]):
+    for name, looks, gain, *numbers in sorted(promised, key=lambda one: -one[2]):
         effect = SimpleNamespace(id=name)
         # By zone, as the name says.
         own = ("passed",) if name == "by zone" else ()
         alike = {"own": own, "strengths": ("passed",)}
-        form = SimpleNamespace(effect=effect, **alike, looks=looks)
+        form = SimpleNamespace(effect=effect, **alike, looks=looks, coordinates=range(*(numbers or [2])))
         made.append(Score(form, np.ones(1), gain, 0, 0.0, 0.0))
     return made
 
@@ -70,6 +70,14 @@ def test_what_many_numbers_gain_from_noise_hides_nothing(numbers, kept):
     widths, fog = scores(("widths", False, 200.0), ("fog", False, 52.0))
     found = most_promising([replace(widths, dof=numbers), replace(fog, dof=2)])
     assert {one.form.effect.id for one in found} == kept
+
+
+def test_what_has_far_fewer_numbers_is_tried_beside_two_that_promise_more():
+    found = scores(
+        ("ways", False, 90.0, 8), ("ways", False, 89.0, 14), ("ways", False, 88.0, 7), ("ways", False, 87.0, 4),
+        ("ways", False, 86.0, 3), ("ways", False, 50.0, 2),
+    )  # fmt: skip
+    assert [one.gain for one in most_promising(found)] == [90.0, 89.0, 87.0]
 
 
 def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():

@@ -34,10 +34,11 @@ def test_forms_that_begin_alike_promise_what_each_would_alone(aliased, monkeypat
     found, tried = ranked(few, whole.fitted, forms)
     assert whole.some is None
     assert len(asked) < tried
-    # Steady, steady and deep, drawing near, on a way of its own of six heights and of twelve, jittered, deep: with one
-    # number of counts, and with one for each zone. And what is seen at the end of the window, a period early: with a
-    # period that varies and with one that does not; a wall across the view, with either; and a thing far off.
-    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 19
+    # Steady, steady and deep, drawing near, so and as zones see, on a way of its own of six heights and of twelve,
+    # jittered, deep: with one number of counts, and with one for each zone. And what is seen at the end of the window,
+    # a period early: with a period that varies and with one that does not; a wall across the view, with either; and a
+    # thing far off.
+    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 21
     for one in found:
         alone = promise(whole, one.form)
         assert (one.gain, one.dof, one.log_p) == (alone.gain, alone.dof, alone.log_p)

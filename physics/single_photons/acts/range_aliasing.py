@@ -26,7 +26,9 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     there = by_zone(world, values["apparent_range"]) + world.time_s * values["speed"] - nearer
     there = there + _way_of_its_own(values, world.time_s)
     arrival_s = world.time_zero_s + 2 * there / speed_of_light
-    far = pulse_from_elsewhere(world, by_zone(world, values["counts"]) * world.boost, arrival_s, rng)
+    counts, seen = by_zone(world, values["counts"]), world.weights.sum(axis=(1, 2))
+    counts = counts * (1 - values["as_seen"] + values["as_seen"] * seen * world.zones / seen.sum())
+    far = pulse_from_elsewhere(world, counts * world.boost, arrival_s, rng)
     period_s = values["period"]
     seen = returned(replace(world, gloss=world.gloss * values["folded"]), rng)
     for far_off in (_wall(world, values, "through"), _wall(world, values, "across"), _thing(world, values)):

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mismatch.form import forms_of
 from physics.effects.range_aliasing import effect
 from physics.far_wall import toward_unknown
 from physics.light import direct_light
 from physics.motion import Motion
 from physics.nominal import ForwardModel
 from physics.rendering import Rendering
+from physics.walk import LEVELS
 
 C = 299_792_458.0
 
@@ -224,3 +226,20 @@ def test_a_far_target_aside_comes_nearer_as_the_camera_moves_towards_it(small):
         closed = model.expected(0.0, [effect.at(counts=100.0, apparent_range=0.9 - by)])[frame]
         np.testing.assert_allclose(found[frame], closed, atol=1e-3 * closed.max())
     assert np.abs(found[1] - found[0]).max() > 0.1 * found.max()
+
+
+def test_a_target_that_fills_the_view_is_as_bright_as_zones_see(model, small):
+    """Against the zones' maps summed over the image; in the same places as one that is alike in all."""
+    alike, seen = (model.expected(0.0, [effect.at(counts=50, apparent_range=0.4, as_seen=of)]) - 4 for of in (0, 1))
+    whole = small.footprints.weights.sum(axis=(1, 2))
+    np.testing.assert_allclose(seen, alike * (whole / whole.mean())[:, None], rtol=1e-6)
+    half = model.expected(0.0, [effect.at(counts=50, apparent_range=0.4, as_seen=0.5)]) - 4
+    np.testing.assert_allclose(half, (alike + seen) / 2, rtol=1e-6)
+
+
+def test_what_goes_straight_is_not_begun_on_a_curved_way(small):
+    forms = list(forms_of(effect, {"zone": 4, "bin": small.clock.bins}))
+    curved = {"counts": 5.0, "apparent_range": 0.5, "every": 0.1} | {name: 0.01 for name in LEVELS}
+    begun = {form.free for form in forms if form.beginning(curved) is not None}
+    assert begun
+    assert all(set(LEVELS) <= set(free) for free in begun)
