@@ -52,9 +52,13 @@ def cost(simulation: Simulation, fitted: Fit) -> float:
 
 
 def strain(simulation: Simulation, fitted: Fit) -> float:
-    """Deviance that the names of a fit must gain for being stretched."""
+    """Deviance that the names of a fit must gain for being stretched, or contradicted by their own parameters."""
     rendering = simulation.rendering(fitted.gain)
-    return STRAINED * sum(setting.effect.strained(setting.values, rendering) for setting in fitted.settings)
+    each = ((setting.effect, setting.values) for setting in fitted.settings)
+    return STRAINED * sum(
+        effect.strained(values, rendering) or effect.contradiction(values, rendering) is not None
+        for effect, values in each
+    )
 
 
 def least_cost(train: Simulation, forms: tuple[Form, ...]) -> float:

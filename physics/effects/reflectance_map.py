@@ -125,10 +125,6 @@ class ReflectanceMap(Effect):
         reflectance = (light.reflectance * factor).astype(np.float32)
         return replace(light, reflectance=reflectance, returns=(lit, *others), assumed=light.assumed_reflectance)
 
-    def strained(self, values: Values, rendering: Rendering) -> bool:
-        """What is fixed in the view while surfaces pass there is the optics', not theirs."""
-        return self.contradiction(values, rendering) is not None
-
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """Emitter, window and optics are in the view, whatever passes there; surfaces pass."""
         fixed = values["spot"] or any(values[name] for name in VIEW)

@@ -143,12 +143,9 @@ class SecondSurface(Effect):
         return replace(first, light=total)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A sheet in front is lit the more for it; one that only one zone's light passes is that zone's delay.
-
-        And one where the first surface is is that surface's brightness.
-        """
+        """A sheet where the first surface is is its brightness; one that one zone alone passes is its delay."""
         thin = abs(values["spacing"]) < THIN_BINS * rendering.clock.bin_width_s * speed_of_light / 2
-        return thin or self.contradiction(values, rendering) is not None or bool(np.ptp(values["passed"]) > UNEVEN)
+        return thin or bool(np.ptp(values["passed"]) > UNEVEN)
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """A thing is where its light is."""

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mismatch.cost import cost, least_cost, numbers_cost
+from mismatch.cost import STRAINED, cost, least_cost, numbers_cost, strain
 from mismatch.form import forms_of
 from physics.effects import find_effect
 
@@ -43,3 +43,10 @@ def test_a_number_of_one_zone_is_told_by_one_histogram_a_frame(drawn):
     wanted = np.log(24 * 4) + 4 * np.log(24)
     assert numbers_cost(simulation, fitted) == pytest.approx(wanted)
     assert least_cost(simulation, (form,)) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(("share", "charged"), [(0.02, True), (0.8, False)])
+def test_a_name_that_its_own_parameters_contradict_is_charged(drawn, share, charged):
+    """Zones are in each other's place or not: a fiftieth of them is not."""
+    setting = find_effect("mirrored_zones").at(rows=share)
+    assert strain(drawn(3), SimpleNamespace(gain=1.0, settings=(setting,))) == (STRAINED if charged else 0)
