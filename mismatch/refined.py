@@ -64,6 +64,12 @@ def enlarged(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]
             yield found
 
 
+def each_richer(train: Simulation, fitted: Fit, forms: list[Form]) -> list[Fit]:
+    """Fits with the last effect in each of its richer forms, whether that earns its price or not."""
+    found = (_best(train, fitted, [form]) for form in richer(fitted.forms[-1], forms))
+    return [one for one in found if one is not None]
+
+
 def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
     """A fit with its effects in forms with less in them, where that costs less than it saves.
 

@@ -9,7 +9,7 @@ from mismatch.cost import cost, strain
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.onset import set_in
-from mismatch.refined import enriched
+from mismatch.refined import each_richer, enriched
 from mismatch.score import start_of
 from mismatch.selection import Round, coordinates
 from mismatch.simulation import Simulation
@@ -102,6 +102,16 @@ def _richer(train: Simulation, test: Simulation, rival: Rival, forms: list[Form]
     fitted = enriched(train, rival.fit, forms)
     other = _rival(train, test, fitted.forms[-1], fitted)
     return max(rival, other, key=lambda one: one.evidence)
+
+
+def likelier_forms(train: Simulation, test: Simulation, judged: Fit, forms: list[Form]) -> list[Fit]:
+    """Fits with the last effect in other, richer forms of its own that are likelier by all frames, the likeliest first.
+
+    What frames that choose hardly see may pay on those held out.
+    """
+    least = evidence(train, test, judged)
+    told = [(evidence(train, test, one), one) for one in each_richer(train, judged, forms)]
+    return [one for won, one in sorted(told, key=lambda pair: -pair[0]) if won > least]
 
 
 def _close(rounds: list[Round], form: Form) -> list[Candidate]:

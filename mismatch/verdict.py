@@ -77,7 +77,7 @@ class Verdict:
     unexplained: tuple[Place, ...]
     not_visible: tuple[NotVisible, ...]
     next_measurement: str | None
-    seconds: float
+    seconds: float = 0.0
     notes: tuple[str, ...] = field(default=())
 
     def to_json(self) -> dict[str, Any]:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mismatch import work
-from mismatch.explain import LARGE, explain, little
+from mismatch.concluded import LARGE, little
+from mismatch.explain import explain
 from mismatch.improved import improved_sensor
 from mismatch.open_simulation import simulation_of
 from mismatch.prove.strangers import travelling_ripple

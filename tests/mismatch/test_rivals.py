@@ -1,0 +1,33 @@
+"""Other forms of the last effect of a fit, where all frames say that they are likelier."""
+
+import numpy as np
+
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import all_forms
+from mismatch.rivals import evidence, likelier_forms
+
+FORMS = all_forms({"zone": 4, "bin": 48})
+EVEN, ODD = np.arange(0, 24, 2), np.arange(1, 24, 2)
+
+
+def test_richer_forms_that_all_frames_say_are_likelier_come_in_order(drawn):
+    """A pedestal that grows, taken for one that stays: so it is told in each form that lets it grow."""
+    simulation = drawn(3, "ambient_pedestal", level=3.0, growth=0.3)
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    steady = next(form for form in FORMS if form.effect.id == "ambient_pedestal" and form.free == ("level",))
+    one = fit(train, (steady,), np.concatenate([fit_nominal(train).x, steady.at_start()]))
+    found = likelier_forms(train, test, one, FORMS)
+    told = [evidence(train, test, other) for other in found]
+    assert found
+    assert told == sorted(told, reverse=True)
+    assert told[-1] > evidence(train, test, one)
+    assert all(set(other.forms[-1].free) > {"level"} for other in found[:1])
+
+
+def test_what_is_right_has_hardly_a_likelier_form(drawn):
+    simulation = drawn(4, "ambient_pedestal", level=3.0)
+    train, test = simulation.of(EVEN), simulation.of(ODD)
+    steady = next(form for form in FORMS if form.effect.id == "ambient_pedestal" and form.free == ("level",))
+    one = fit(train, (steady,), np.concatenate([fit_nominal(train).x, steady.at_start()]))
+    least = evidence(train, test, one)
+    assert all(evidence(train, test, other) < least + 6 for other in likelier_forms(train, test, one, FORMS))
