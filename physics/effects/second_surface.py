@@ -106,7 +106,7 @@ class SecondSurface(Effect):
             return light
         direct, *others = light.returns
         part = values["one"] * (numbers(values, light) == round(values["surface"])) if values["one"] else 0.0
-        part = part + values["parallel"]
+        part = np.minimum(part + values["parallel"], 1)
         slant = np.maximum(light.cosine, LEAST_COSINE) if values["parallel"] else 1.0
         if values["pane"]:
             part = np.minimum(part + values["pane"] * in_ball(values, "pane", light), 1)
