@@ -137,7 +137,12 @@ class RangeAliasing(Effect):
         return toward, tilt, values["depth"] + values["speed"] * rendering.light.time_s, motion
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse so broad is what dark counts look like; one that wanders far by itself is another emitter's."""
+        """A pulse so broad is what dark counts look like; one that wanders far by itself is another emitter's.
+
+        And a wall or a thing that seems to be at the sensor is its own glass or air.
+        """
+        if any(values[name] for name in ("through", "across", "distant")):
+            return values["depth"] - speed_of_light / 2 * values["period"] < self.parameter("apparent_range").low
         window_m = rendering.clock.bins * speed_of_light / 2 * rendering.clock.bin_width_s
         wanders = abs(values["speed"]) * float(np.ptp(rendering.light.time_s)) > CROSSED * window_m
         return bool(np.any(values["counts"])) and (values["spread"] > BROADEST_S or wanders)

@@ -69,7 +69,15 @@ def test_a_pulse_that_wanders_far_by_itself_is_rather_another_emitters(part, str
     speed = part * window_m / np.ptp(small.light.time_s)
     assert effect.strained(effect.at(counts=50, apparent_range=0.6, speed=speed).values, there) == stretched
     assert not effect.strained(effect.at(counts=50, apparent_range=0.6, still=1.0).values, there)
-    assert not effect.strained(effect.at(through=50, depth=1.2, speed=speed).values, there)
+    assert not effect.strained(effect.at(through=50, depth=9.0, speed=speed).values, there)
+
+
+@pytest.mark.parametrize("name", ["through", "across", "distant"])
+@pytest.mark.parametrize(("apparent", "stretched"), [(0.02, True), (0.3, False)])
+def test_a_far_wall_that_seems_to_be_at_the_sensor_is_rather_its_glass(small, name, apparent, stretched):
+    there = Rendering(small.light, small.footprints, small.clock, 1.0)
+    values = {name: 5.0, "counts": 0, "period": 2e-8, "depth": C / 2 * 2e-8 + apparent}
+    assert effect.strained(effect.at(**values).values, there) == stretched
 
 
 def test_a_period_that_varies_by_chance_makes_a_longer_pulse(model, small):
