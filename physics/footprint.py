@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numba import njit
 
+from physics.bilinear import add_bilinear
 from physics.footprint_field import FootprintField
 from physics.geometry import full_size_pixels
 from physics.workers import in_parallel
@@ -31,6 +31,7 @@ class Footprints:
     changes: functions of weights (..., P, H, W), applied in order after the reading.
     unmoved: the nominal footprints that these were made from; None where these are they.
     by_zone: (2, P) pixels x, y by which each zone is displaced beside that; None where none is.
+    by_pixels: part of what is moved by all that is read between the weights of nominal pixels, not from maps.
     read: what was read before it was redrawn, by frame, for all that are where these are.
 
     Footprints are read from the triangles of the scan, moved or not. Maps end at the hull of the scan, with a jump
@@ -49,6 +50,7 @@ class Footprints:
     changes: tuple[Change, ...] = ()
     unmoved: "Footprints | None" = None
     by_zone: np.ndarray | None = None
+    by_pixels: float = 0.0
     read: dict[int, np.ndarray] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -92,7 +94,7 @@ class Footprints:
         if self.drawings and self.by_zone is None and x_px is self.unmoved.x_px:
             read += self.unmoved._drawn(self.drawings)
         elif self.drawings:
-            _add(self.field.added(self.drawings), *self.field.first, x_px, y_px, self.scale, read)
+            add_bilinear(self.field.added(self.drawings), *self.field.first, x_px, y_px, self.scale, read)
         return np.maximum(read, 0, out=read)
 
     @cached_property
@@ -102,7 +104,7 @@ class Footprints:
         @lru_cache(DRAWN)
         def added(drawings: tuple[Change, ...]) -> np.ndarray:
             found = np.zeros_like(self._nominal)
-            _add(self.field.added(drawings), *self.field.first, self.x_px, self.y_px, self.scale, found)
+            add_bilinear(self.field.added(drawings), *self.field.first, self.x_px, self.y_px, self.scale, found)
             return found
 
         return added
@@ -112,13 +114,22 @@ class Footprints:
         nominal = self.unmoved
         if x_px is nominal.x_px:
             return nominal._nominal
+        if self.by_pixels and zone is None:
+            between = np.zeros_like(nominal._nominal)
+            column, row = (
+                (at - first[0, 0]) / max(first[-1, -1] - first[0, 0], 1) * (max(count, 2) - 1)
+                for at, first, count in ((x_px, nominal.x_px, x_px.shape[1]), (y_px, nominal.y_px, x_px.shape[0]))
+            )
+            add_bilinear(nominal._nominal, 0, 0, column, row, 1.0, between)
+            if self.by_pixels == 1:
+                return between
         read = np.moveaxis(self.field.faded(x_px, y_px, zone), 0, -1) / self.scale
         at, added = nominal._fading
         square = (x_px[at] - nominal.x_px[at]) ** 2 + (y_px[at] - nominal.y_px[at]) ** 2
         # Smooth at 0, where it is most often differentiated.
         near = np.maximum(1 - square / self.field.reach_px**2, 0)
         read[at] -= near[:, None] * (added if zone is None else added[:, zone : zone + 1])
-        return read
+        return read + self.by_pixels * (between - read) if self.by_pixels and zone is None else read
 
     @cached_property
     def _nominal(self) -> np.ndarray:
@@ -141,10 +152,11 @@ class Footprints:
         """The footprints on another grid, of pixels at these places of the full-size image, (H, W) each."""
         return replace(self, x_px=x_px, y_px=y_px, read={})
 
-    def moved(self, x_px: np.ndarray | float, y_px: np.ndarray | float) -> "Footprints":
+    def moved(self, x_px: np.ndarray | float, y_px: np.ndarray | float, by_pixels: float = 0.0) -> "Footprints":
         """The footprints displaced in the full-size image by x, y pixels: scalars, (H, W) or (F, H, W)."""
         x, y = (np.array(a) for a in np.broadcast_arrays(self.x_px - x_px, self.y_px - y_px))
-        return replace(self, x_px=x, y_px=y, unmoved=self.unmoved or self, read={})
+        how = {"unmoved": self.unmoved or self, "by_pixels": max(self.by_pixels, by_pixels)}
+        return replace(self, x_px=x, y_px=y, **how, read={})
 
     def zones_moved(self, x_px: np.ndarray, y_px: np.ndarray) -> "Footprints":
         """The footprints with each zone displaced by its own x, y pixels, (P,) each, and by what there was before."""
@@ -178,22 +190,3 @@ def footprints(maps: ResponseMaps, shape: tuple[int, int], calibration_range_m: 
     made = Footprints(field, x, y, largest, maps.zone_grid, float(depth))
     made.__dict__["_nominal"] = read / largest  # What it would read a second time.
     return made
-
-
-@njit(nogil=True, cache=True)
-def _add(table, x_first, y_first, x, y, scale, weights):
-    """Add to weights (H, W, P) what the table (Y, X, P) holds at the points x, y (H, W), bilinear, over scale."""
-    rows, columns, zones = table.shape
-    for v in range(x.shape[0]):
-        for u in range(x.shape[1]):
-            at_x, at_y = x[v, u] - x_first, y[v, u] - y_first
-            # Outside the table there is nothing to add, and a pixel's width leads there.
-            if not (-1 < at_x < columns and -1 < at_y < rows):
-                continue
-            left, top = int(np.floor(at_x)), int(np.floor(at_y))
-            for row in (top, top + 1):
-                for column in (left, left + 1):
-                    if 0 <= row < rows and 0 <= column < columns:
-                        share = (1 - abs(at_x - column)) * (1 - abs(at_y - row)) / scale
-                        for p in range(zones):
-                            weights[v, u, p] += share * table[row, column, p]

@@ -15,7 +15,7 @@ class FootprintShift(Effect):
     one of them was. A mount that gives way has three angles: pitch and yaw shift maps, roll turns them about the middle
     c of the image; and an image that was resampled or cropped since has them larger. Together they are a similarity,
     c + (1 + zoom)·R(turn)·(v − c) + shift of what the maps say of v (Hartley & Zisserman, Multiple View Geometry,
-    2nd ed., §2.4.2).
+    2nd ed., §2.4.2). Whoever moves the weights of pixels, not maps, has what lies between these: `by_pixels` 1.
     """
 
     id = "footprint_shift"
@@ -37,11 +37,12 @@ class FootprintShift(Effect):
         ("y",),
         ("x", "y", "turn"),
         ("x", "y", "zoom"),
+        ("x", "y", "by_pixels"),
         ("slip_x", "slip_y"),
         ("x", "y", "turn", "zoom"),
         ("x", "y", "slip_x", "slip_y"),
     )
-    richer, common = forms[6:], forms[3:]
+    richer, common = forms[7:], forms[3:]
     parameters = tuple(
         # A choice: about half the side of the patch that a scan moves, which is what a careless mount gives.
         Parameter(
@@ -58,6 +59,7 @@ class FootprintShift(Effect):
     )
     parameters += (
         Parameter("turn", "rad", -0.5, 0.5, 0.02, "Turned about the image's middle, clockwise.", vanishes_at=0.0),
+        Parameter("by_pixels", "1", 0.0, 1.0, 0.0, "1 where weights of pixels move, 0 where maps do.", tries=(1.0,)),
         Parameter("zoom", "1", -0.5, 0.5, 0.02, "Larger by this part, about the image's middle.", vanishes_at=0.0),
         *(
             Parameter(f"slip_{axis}", "px/s", -100.0, 100.0, 1.0, "Growth of that in a second.", vanishes_at=0.0)
@@ -92,7 +94,7 @@ class FootprintShift(Effect):
             x, y = x + slip[0] * time_s, y + slip[1] * time_s
         elif not similar and found is not rendering.footprints:
             return found
-        return found.moved(x, y)
+        return found.moved(x, y, values["by_pixels"])
 
 
 effect = FootprintShift()

@@ -26,6 +26,8 @@ class Parallax(Effect):
     Light's way is from the LiDAR, too, if nobody has taken that into account: `ranges` 1 says so, and to a point that
     much nearer to b it is |X - b|, with strength by its inverse square. Whoever gives a zone one depth moves its map as
     a whole: `whole` is the part of the move that goes with the mean of 1/z, weighted as zones see it, frame by frame.
+    Whoever moves the weights of pixels, not maps, has what lies between these: `by_pixels` 1, which differs where maps
+    are cut.
     """
 
     id = "parallax"
@@ -36,7 +38,7 @@ class Parallax(Effect):
         LookAlike("time_lag", "Hold sensor and scene still: parallax stays, a lag goes."),
         LookAlike("range_falloff", "Face a wide, even wall: falloff shows, parallax moves nothing that differs."),
     )
-    forms = (("x", "y"), ("x", "y", "ranges"), ("x", "y", "whole"))
+    forms = (("x", "y"), ("x", "y", "ranges"), ("x", "y", "whole"), ("x", "y", "by_pixels"))
     parameters = (
         # A choice: chips and lenses of a shared mount are a few centimetres apart, known to within one.
         *(
@@ -54,6 +56,7 @@ class Parallax(Effect):
         Parameter(
             "ranges", "1", 0.0, 1.0, 0.0, "1 where ranges are the LiDAR's own, 0 where the camera's.", tries=(1.0,)
         ),
+        Parameter("by_pixels", "1", 0.0, 1.0, 0.0, "1 where weights of pixels move, 0 where maps do.", tries=(1.0,)),
         Parameter(
             "whole", "1", 0.0, 1.0, 0.0, "1 where maps move by their mean, 0 where each pixel does.", tries=(1.0,)
         ),
@@ -95,7 +98,8 @@ class Parallax(Effect):
             mean = (weights * nearer).sum(axis=(1, 2)) / np.maximum(weights.sum(axis=(1, 2)), 1e-12)
             nearer = nearer + values["whole"] * (mean[:, None, None] - nearer)
         x, y = light.intrinsics[:2, :2] @ np.array([values["x"], values["y"]])
-        return where.moved(x * full_width / width * nearer, y * full_height / height * nearer)
+        right, down = x * full_width / width * nearer, y * full_height / height * nearer
+        return where.moved(right, down, values["by_pixels"])
 
 
 effect = Parallax()

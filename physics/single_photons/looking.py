@@ -26,11 +26,13 @@ class Looking(ResponseMaps):
     each pixel its weights are read, (2, H, W) pixels of the full-size image, (2, P, H, W) where zones differ, or what
     broadcasts to either; they add up.
     redrawn: (P, Y, X) counts at the places of `table`, what they have become; None where they are as taken.
+    by_pixels: part of what all zones alike are moved by which is read between pixels of the nominal grid.
     """
 
     taken: ResponseMaps | None = None
     ways: tuple[Callable[[World], np.ndarray], ...] = ()
     redrawn: np.ndarray | None = None
+    by_pixels: float = 0.0
 
 
 def looking(world: World) -> Looking:
@@ -65,6 +67,14 @@ def looking_so(world: World, how: Looking) -> World:
         missing = continued(maps, *home[:, moves]) - counts[:, moves]
         near = np.clip(1 - (away[:, moves] ** 2).sum(axis=0) / reach_px(maps) ** 2, 0, None)
         counts[:, moves] = np.clip(continued(maps, *(home + away)[:, moves]) - near * missing, 0, None)
+    if how.by_pixels:
+        # A pixel is as wide as it is, so that the last ones lead to nothing outside.
+        rows, columns = (np.arange(-1, size + 1.0) for size in shape)
+        at_home = np.pad(responses_at(maps, *home), ((0, 0), (1, 1), (1, 1)))
+        reads = RegularGridInterpolator((rows, columns), np.moveaxis(at_home, 0, -1), "linear", False, 0.0)
+        size = np.reshape(maps.image_size, (2, 1, 1)) / np.reshape(shape[::-1], (2, 1, 1))
+        between = np.moveaxis(reads(np.moveaxis(((home + away + 0.5) / size - 0.5)[::-1], 0, -1)), -1, 0)
+        counts = counts + how.by_pixels * (between - counts)
     if how.redrawn is not None:
         x, y, before = table(maps)
         reads = RegularGridInterpolator((y, x), np.moveaxis(how.redrawn - before, 0, -1), "linear", False, 0.0)

@@ -27,4 +27,5 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
     here = right + 1j * down
     away = (here - shift) / ((1 + values["zoom"]) * np.exp(1j * values["turn"])) - here
     away = np.stack([away.real, away.imag])
+    how = replace(how, by_pixels=max(how.by_pixels, values["by_pixels"]))
     return looking_so(world, replace(how, ways=(*how.ways, lambda _: away)))

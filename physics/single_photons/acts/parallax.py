@@ -15,6 +15,7 @@ from recordings.refusal import Refusal
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """Zones that look from beside the camera at whatever geometry the world comes to have."""
     lidar, how = np.array([values["x"], values["y"], 0.0]), looking(world)
+    how = replace(how, by_pixels=max(how.by_pixels, values["by_pixels"]))
     seen = looking_so(world, replace(how, ways=(*how.ways, partial(beside, lidar_m=lidar, whole=values["whole"]))))
     return _from_there(seen, values["ranges"] * lidar) if values["ranges"] and world.behind is None else seen
 
