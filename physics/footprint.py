@@ -115,12 +115,7 @@ class Footprints:
         if x_px is nominal.x_px:
             return nominal._nominal
         if self.by_pixels and zone is None:
-            between = np.zeros_like(nominal._nominal)
-            column, row = (
-                (at - first[0, 0]) / max(first[-1, -1] - first[0, 0], 1) * (max(count, 2) - 1)
-                for at, first, count in ((x_px, nominal.x_px, x_px.shape[1]), (y_px, nominal.y_px, x_px.shape[0]))
-            )
-            add_bilinear(nominal._nominal, 0, 0, column, row, 1.0, between)
+            between = self._between(x_px, y_px)
             if self.by_pixels == 1:
                 return between
         read = np.moveaxis(self.field.faded(x_px, y_px, zone), 0, -1) / self.scale
@@ -130,6 +125,15 @@ class Footprints:
         near = np.maximum(1 - square / self.field.reach_px**2, 0)
         read[at] -= near[:, None] * (added if zone is None else added[:, zone : zone + 1])
         return read + self.by_pixels * (between - read) if self.by_pixels and zone is None else read
+
+    def _between(self, x_px: np.ndarray, y_px: np.ndarray) -> np.ndarray:
+        """(H, W, P) what lies between the weights of nominal pixels at these points; outside them there is nothing."""
+        table, homes = self.unmoved._nominal, (self.unmoved.x_px[0], self.unmoved.y_px[:, 0])
+        found = np.zeros((*x_px.shape, table.shape[-1]))
+        steps = (h[1] - h[0] if len(h) > 1 else size for h, size in zip(homes, self.field.full_size, strict=True))
+        at = [(a - h[0]) / step for a, h, step in zip((x_px, y_px), homes, steps, strict=True)]
+        add_bilinear(table, 0, 0, *at, 1.0, found)
+        return found
 
     @cached_property
     def _nominal(self) -> np.ndarray:

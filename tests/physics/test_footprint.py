@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import griddata
+from scipy.ndimage import shift
 from scipy.spatial import ConvexHull, Delaunay
 
 from physics.footprint import FootprintField, footprints
@@ -63,6 +64,19 @@ def test_a_move_by_whole_pixels_rolls_weights(faint):
     far = np.stack([still.x_px * 0, still.x_px * 0 + 3 * 848 / 80])
     by_frame = still.moved(far, np.array([0, -20.0])[:, None, None]).weights
     np.testing.assert_allclose(by_frame, [still.weights, rolled], atol=1e-6)
+
+
+@pytest.mark.parametrize("stride", [1, 2])
+def test_weights_of_pixels_may_move_as_images_do(maps, stride):
+    """Against scipy's bilinear shift of each zone's weights, with nothing outside; by halves of both by halves."""
+    whole = footprints(maps, (30, 40))
+    home = whole.read_at(whole.x_px[::stride, ::stride], whole.y_px[::stride, ::stride])
+    step = home.x_px[0, 1] - home.x_px[0, 0], home.y_px[1, 0] - home.y_px[0, 0]
+    moved = home.moved(1.3 * step[0], -0.6 * step[1], by_pixels=1.0).weights
+    wanted = [shift(zone, (-0.6, 1.3), order=1, mode="grid-constant") for zone in home.weights]
+    np.testing.assert_allclose(moved, wanted, atol=1e-9)
+    half, anew = (home.moved(1.3 * step[0], -0.6 * step[1], by_pixels=of).weights for of in (0.5, 0.0))
+    np.testing.assert_allclose(half, (moved + anew) / 2, atol=1e-9)
 
 
 def test_a_move_by_nothing_is_none(maps):
