@@ -76,7 +76,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
     conclude = partial(concluded, simulation, train, test, rounds)
     verdict, outside = conclude(judged, explained, contests, left)
     # What a cause outside fits better than a name may be that name in another form, which nothing else has asked for.
-    for more in likelier_forms(train, test, judged, forms) if outside and judged.forms and not left else ():
+    doubtful = bool(outside and judged.forms and not left) and not simulation.work.enough
+    for more in likelier_forms(train, test, judged, forms) if doubtful else ():
         better, anew = fit(simulation, more.forms, more.x, sigma), _in_form(contests, judged, more)
         again, still = conclude(more, better, anew, what_is_left(simulation, better))
         if again.verdict == "explained" and not still:

@@ -134,7 +134,8 @@ class ScatteringMedium(Effect):
         ranges = ranges_of(rendering.clock)[:1, :1]
         until = np.cumsum(layers(values, rendering.clock, ranges).ravel())
         middle = ranges.ravel()[np.searchsorted(until, until[-1] / 2)]
-        return bool(extinction.max() > UNEVEN * np.median(extinction) or middle < WINDOW_M)
+        glass = until[-1] > 0 and middle < WINDOW_M  # What begins beyond the window shines nowhere.
+        return bool(extinction.max() > UNEVEN * np.median(extinction) or glass)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The layer whose backscatter explains most of an excess; and swathes, in as many parts of the session."""

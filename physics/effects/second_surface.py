@@ -76,9 +76,7 @@ class SecondSurface(Effect):
         Parameter("parallel", "1", 0.0, 1.0, 0.1, "The same, where spacing is along surfaces' normals.", 0.0),
         *place_parameters("pane"),
         # Of panes centimetres.
-        Parameter(
-            "spacing", "m", -5.0, 5.0, 0.05, "How far it is behind the first, as light goes.", tries=(-0.2, 0.05)
-        ),
+        Parameter("spacing", "m", -5.0, 5.0, 0.05, "How far behind the first, negative before it.", tries=(-0.2, 0.05)),
         Parameter("reflectance", "1", 0.1, 10.0, 1.0, "Reflectance of the second surface over that of the first."),
         Parameter("falloff", "1", 0.0, 4.0, 2.0, "Power of the ratio of ranges by which the second surface is dimmer."),
         Parameter("nearest", "m", 0.05, 20.0, 0.05, "Range from which on surfaces are covered."),

@@ -112,6 +112,7 @@ def test_swathes_that_drift_by_are_as_dense_as_it_is_then(small):
         ({"overlap": 0.3}, False),
         ({"overlap": 0.004}, True),
         ({"overlap": 0.004, "blind": 0.15}, False),
+        ({"begin": 19.0, "thickness": 0.5}, False),
     ],
 )
 def test_air_that_shines_at_the_sensor_is_rather_its_glass(small, layer, glass):
