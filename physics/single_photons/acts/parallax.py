@@ -4,19 +4,28 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+from scipy.ndimage import convolve1d
+from scipy.special import ive
 
 from physics.effect import Values
 from physics.single_photons.looking import looking, looking_so
-from physics.single_photons.sight import pixel_places
+from physics.single_photons.sight import pixel_places, responses_at
 from physics.single_photons.world import World
 from recordings.refusal import Refusal
+
+# Pixels beyond which nothing of a seam is smeared.
+FARTHEST = 60
 
 
 def world(world: World, values: Values, rng: np.random.Generator) -> World:
     """Zones that look from beside the camera at whatever geometry the world comes to have."""
     lidar, how = np.array([values["x"], values["y"], 0.0]), looking(world)
     how = replace(how, by_pixels=max(how.by_pixels, values["by_pixels"]))
-    seen = looking_so(world, replace(how, ways=(*how.ways, partial(beside, lidar_m=lidar, whole=values["whole"]))))
+    sees = partial(beside, lidar_m=lidar, whole=values["whole"])
+    seen = looking_so(world, replace(how, ways=(*how.ways, lambda there: (1 - values["emitter"]) * sees(there))))
+    if values["emitter"]:
+        seen = replace(seen, gloss=seen.gloss * (1 + values["emitter"] * (_lit(world, sees(world)) - 1)))
     return _from_there(seen, values["ranges"] * lidar) if values["ranges"] and world.behind is None else seen
 
 
@@ -51,6 +60,30 @@ def beside(world: World, lidar_m: np.ndarray, whole: float = 0.0) -> np.ndarray:
         return away
     together = [np.average(of, weights=known * world.weights.sum(axis=0)) for of in away]
     return away + whole * (np.reshape(together, (2, 1, 1)) - away)
+
+
+def _lit(world: World, away: np.ndarray) -> np.ndarray:
+    """(H, W) how many more photons the emitter sends to each pixel's point than when the zones were scanned.
+
+    They came from as many directions as all zones saw them by, seams between which are none of the emitter's; away:
+    (2, H, W) pixels of the full-size image, right and down, by which the place that counts is displaced.
+    """
+    maps, (rows, columns) = world.maps, world.depth_m.shape
+    seen = responses_at(looking(world).taken, *pixel_places(maps, (rows, columns)))
+    row, column = np.indices((rows, columns))
+    lit = [zone for zone in seen if zone.any()]
+    spread = [
+        sum(np.cov(np.stack([row, column]).reshape(2, -1), ddof=0, aweights=zone.ravel()).diagonal()) for zone in lit
+    ]
+    variance = np.average(spread, weights=[zone.sum() for zone in lit]) / 2
+    # The Gaussian of a grid (Lindeberg 1990): a photon's steps to either side come by chance, as many in the mean.
+    kernel = ive(np.abs(np.arange(-FARTHEST, FARTHEST + 1)), variance / 4)
+    profile = convolve1d(convolve1d(seen.sum(axis=0), kernel, axis=0), kernel, axis=1)
+    profile = np.clip(profile, 0.03 * profile.max(), None)
+    reads = RegularGridInterpolator((np.arange(rows), np.arange(columns)), profile)
+    width, height = maps.image_size
+    there = row + away[1] * rows / height, column + away[0] * columns / width
+    return reads(np.stack([there[0].clip(0, rows - 1), there[1].clip(0, columns - 1)], axis=-1)) / profile
 
 
 def calibration_depth(world: World) -> float:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import griddata
+from scipy.interpolate import RegularGridInterpolator, griddata
+from scipy.linalg import expm
 from scipy.spatial import Delaunay
 
 from physics.effects.footprint_shift import effect as shift
@@ -136,3 +137,38 @@ def test_pixels_of_unknown_depth_stay_and_the_nearest_leave(small):
     found = effect.footprints(effect.at(x=0.05, y=0.0).values, Rendering(light, small.footprints, small.clock, 1.0))
     np.testing.assert_array_equal(found.weights[0, :, [2, 3], [3, 4]], small.footprints.weights[:, [2, 3], [3, 4]].T)
     assert not found.weights[0, :, 4, 5].any()
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.02, -0.01), (-0.04, 0.03)])
+def test_the_emitter_may_be_beside_the_camera_alone(small, depth_m, x, y):
+    """Zones see where they saw, and each point is lit as that which the emitter lit so in the scan."""
+    where = replace(small.footprints, calibration_range_m=0.8)
+    rendering = Rendering(small.light, where, small.clock, 1.0)
+    setting = effect.at(x=x, y=y, emitter=1)
+    assert effect.footprints(setting.values, rendering) is where
+    found = effect.light(setting.values, rendering).returns[0].strength / small.light.returns[0].strength
+    rows, columns = np.indices((6, 10))
+    spread = []
+    for zone in where.weights:
+        right, down = np.average(columns, weights=zone), np.average(rows, weights=zone)
+        spread.append(np.average((columns - right) ** 2 + (rows - down) ** 2, weights=zone) / 2)
+    variance = np.average(spread, weights=where.weights.sum(axis=(1, 2))) / 4
+    # Diffusion along each axis, by its differential equation, no flux through the edges.
+    profile = where.weights.sum(axis=0)
+    for axis, size in enumerate(profile.shape):
+        second = np.diff(np.eye(size), axis=0)
+        flow = expm(-variance / 2 * second.T @ second)
+        profile = np.moveaxis(np.tensordot(flow, profile, (1, axis)), 0, axis)
+    profile = np.maximum(profile, 0.03 * profile.max())
+    reads = RegularGridInterpolator((np.arange(6), np.arange(10)), profile)
+    at = seen_in_the_scan(small.light, depth_m.astype(float), (x, y), 0.8)
+    places = np.stack([(at[..., 1] + 0.5) / 80 - 0.5, (at[..., 0] + 0.5) / 84.8 - 0.5], axis=-1)
+    np.testing.assert_allclose(found, reads(places.clip(0, (5, 9))) / profile, rtol=1e-3)
+
+
+def test_an_emitter_that_nothing_moves_lights_as_it_did(small):
+    wall = direct_light(np.full((1, 6, 10), 0.6), small.light.intrinsics)
+    model = ForwardModel(wall, replace(small.footprints, calibration_range_m=0.6), small.clock)
+    np.testing.assert_allclose(
+        model.expected(1e3, [effect.at(x=0.1, y=0.1, emitter=1)]), model.expected(1e3), rtol=1e-4
+    )

@@ -126,7 +126,11 @@ def test_parallax_of_a_plane_is_its_disparity(world, calibrated_m, columns):
     nearer = 1 / 0.6 - (1 / calibrated_m if calibrated_m else 0)
     found = (
         find_act("parallax")
-        .world(plane, {"x": columns / FOCAL / nearer, "y": 0.0, "ranges": 0.0, "whole": 0.0, "by_pixels": 0.0}, None)
+        .world(
+            plane,
+            {"x": columns / FOCAL / nearer, "y": 0.0, "ranges": 0.0, "whole": 0.0, "by_pixels": 0.0, "emitter": 0.0},
+            None,
+        )
         .weights
     )
     rolled = np.roll(world.weights, columns, axis=2)
