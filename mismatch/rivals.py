@@ -73,7 +73,7 @@ def rivals(
     found += [_rival(train, test, fitted.forms[-1], fitted) for fitted in fits]
     beaten = [rival for rival in _best_of_each(found) if rival is not found[0]]
     if not train.work.enough:
-        beaten = [_richer(train, test, rival, forms) for rival in beaten]
+        beaten = [_richer(train, test, one, forms) for rival in beaten for one in begun_from(rival, found)]
     # Another form of the one that was chosen may be the likelier, and is no look-alike of it.
     ranked = _best_of_each([found[0], *beaten])
     if ranked[0].form.effect is form.effect or train.work.enough:
@@ -90,6 +90,16 @@ def _best_of_each(found: list[Rival]) -> list[Rival]:
     for rival in sorted(found, key=lambda rival: -rival.evidence):
         best.setdefault(rival.form.effect.id, rival)
     return list(best.values())
+
+
+def begun_from(rival: Rival, found: list[Rival]) -> list[Rival]:
+    """Forms of a rival's effect that richer ones begin from: its own, and the plainest that comes near.
+
+    What a richer one has, as a turn, leads away from others, as a move by pixels.
+    """
+    alike = [one for one in found if one.form.effect is rival.form.effect and one.evidence > rival.evidence - CLOSE]
+    plainest = min(alike, key=lambda one: len(one.form.coordinates))
+    return [rival] if len(plainest.form.coordinates) == len(rival.form.coordinates) else [rival, plainest]
 
 
 def _rival(train: Simulation, test: Simulation, form: Form, fitted: Fit) -> Rival:

@@ -1,10 +1,12 @@
-"""Other forms of the last effect of a fit, where all frames say that they are likelier."""
+"""Other forms of the last effect of a fit, where all frames say that they are likelier; and where rivals begin."""
+
+from types import SimpleNamespace
 
 import numpy as np
 
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms
-from mismatch.rivals import evidence, likelier_forms
+from mismatch.rivals import CLOSE, begun_from, evidence, likelier_forms
 
 FORMS = all_forms({"zone": 4, "bin": 48})
 EVEN, ODD = np.arange(0, 24, 2), np.arange(1, 24, 2)
@@ -31,3 +33,15 @@ def test_what_is_right_has_hardly_a_likelier_form(drawn):
     one = fit(train, (steady,), np.concatenate([fit_nominal(train).x, steady.at_start()]))
     least = evidence(train, test, one)
     assert all(evidence(train, test, other) < least + 6 for other in likelier_forms(train, test, one, FORMS))
+
+
+def test_a_rival_begins_from_the_plainest_of_its_effect_that_comes_near_too():
+    def rival(effect, numbers, evidence):
+        return SimpleNamespace(form=SimpleNamespace(effect=effect, coordinates=range(numbers)), evidence=evidence)
+
+    shift, blur = object(), object()
+    turned, moved, half = rival(shift, 3, 0.0), rival(shift, 2, 1 - CLOSE), rival(shift, 1, -1 - CLOSE)
+    found = [turned, moved, half, rival(blur, 1, -1.0)]
+    assert begun_from(turned, found) == [turned, moved]
+    assert begun_from(moved, [moved, half]) == [moved, half]
+    assert begun_from(half, [half]) == [half]
