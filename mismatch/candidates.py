@@ -29,8 +29,8 @@ TOLD, WELL_TOLD = 100.0, 500.0
 # by the other.
 NEAR, FAR = 1.0, 2.5
 # And more, where it looks: the frames that chose tell as badly as others how often things are there, which are few, and
-# their gains far from normal. Four standard deviations of both.
-FEW = 4 * np.sqrt(2)
+# their gains far from normal.
+FEW = 4.0
 # What should gain less than this part of what it gains is not the cause, where that is beyond noise.
 SURPRISING = 0.5
 # Nor need it gain any part of what others did where so much of its change is in cells that it changes by more than
@@ -89,8 +89,8 @@ class Candidate:
         The gain of a true cause scatters about what is expected. What gains far more than that has found the place, but
         not the cause; unless frames that chose happened to show things at worse places, or fewer of them.
         """
-        short = (self.expected_gain - self.observed) / self.scatter
         # What is expected was told by frames as many, and scatters about what it should be as what is gained does.
+        short = (self.expected_gain - self.observed) / (np.sqrt(2) * self.scatter)
         both = max(poisson_scatter(self.expected_gain + self.observed), self.scatter)
         far = short < -FEW if self.looks else self.observed - self.expected_gain > FAR * both
         if far and self.expected_gain < SURPRISING * self.observed:

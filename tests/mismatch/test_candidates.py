@@ -27,7 +27,8 @@ def of(observed, expected, away, looks=False):
         (64, 64, 0.0, 1000, True),  # Less than that, and where the first acts.
         (64, 64, 0.9, 1000, False),  # The same where it does not.
         (99, 123, 0.0, 1265, False),  # As much as can be told to be what it should.
-        (99, 175, 0.0, 1265, True),  # Less than it should.
+        (99, 175, 0.0, 1265, False),  # Both halves scatter: 76 apart, by 37.
+        (99, 205, 0.0, 1265, True),  # Less than it should.
         (38, 40, 0.9, 1000, False),  # Little, but as it should be.
         (38, 90, 0.9, 1000, True),  # Little, and less than it should be.
         (25, 25, 1.0, 1000, True),  # Too little in any case.
