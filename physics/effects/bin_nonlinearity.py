@@ -1,6 +1,7 @@
 """`bin_nonlinearity`: the converter's bins are not equally wide."""
 
 import numpy as np
+from scipy.stats import f_oneway
 
 from physics.bin_waves import telling_period
 from physics.displaced_edges import counts_moved
@@ -9,6 +10,8 @@ from physics.rendering import Rendering
 
 # Bins from one tap of a delay line, or tick of the clock it divides, to where its pattern begins again.
 CYCLE = 8
+# Part of the most by which a bin is wider whose light tells; chance of widths that would be called a zone's.
+TOLD, CHANCE = 0.01, 1e-3
 TAPS = tuple(f"tap_{k}" for k in range(1, CYCLE))
 
 
@@ -72,24 +75,11 @@ class BinNonlinearity(Effect):
             sentence="How much later every other edge between bins is, the rest earlier.",
         ),
         Parameter(
-            "slope",
-            unit="1",
-            low=-0.15,
-            high=0.15,
-            start=1e-3,
-            vanishes_at=0.0,
-            sentence="By how much the first bin is wider and the last one narrower.",
+            "slope", "1", -0.15, 0.15, 1e-3, "How much wider the first bin is, the last narrower.", vanishes_at=0.0
         ),
         Parameter("wave_sin", "bins", -4.0, 4.0, 0.05, "Sine of a displacement that comes and goes.", vanishes_at=0.0),
         Parameter("wave_cos", "bins", -4.0, 4.0, 0.05, "Cosine of it, less 1.", vanishes_at=0.0),
-        Parameter(
-            "period",
-            unit="bins",
-            low=2.5,
-            high=200.0,
-            start=16.0,
-            sentence="Bins from one wave to the next.",
-        ),
+        Parameter("period", "bins", 2.5, 200.0, 16.0, "Bins from one wave to the next."),
         Parameter(
             "width",
             unit="1",
@@ -154,7 +144,13 @@ class BinNonlinearity(Effect):
         return counts * (1 + wider) if np.any(wider) else counts
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A wave that does not come again within the window bends the whole scale: no converter's pattern."""
+        """Whether it is no converter's pattern.
+
+        A wave that does not come again within the window bends the whole scale; and where all bins of a zone are wider
+        than another's, that zone is brighter.
+        """
+        if np.any(values["zone_width"]):
+            return _as_zones(np.reshape(values["zone_width"], (-1, rendering.clock.bins)))
         return bool(values["wave_sin"] or values["wave_cos"]) and values["period"] > rendering.clock.bins / 2
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
@@ -187,6 +183,16 @@ def _displaced(values: Values, shape: tuple[int, ...]) -> np.ndarray:
 def _of_zones(numbers: float | np.ndarray, shape: tuple[int, ...]) -> float | np.ndarray:
     """(P, T) numbers of every zone's bins, from (P·T,); one number as it is."""
     return np.reshape(numbers, shape[-2:]) if np.ndim(numbers) else numbers
+
+
+def _as_zones(wider: np.ndarray) -> bool:
+    """Whether widths (P, T) differ from zone to zone by more than from bin to bin, by analysis of variance.
+
+    What no light reached tells nothing, and has none.
+    """
+    least = TOLD * np.abs(wider).max()
+    groups = [told for zone in wider if len(told := zone[np.abs(zone) > least]) > 1]
+    return len(groups) > 1 and bool(f_oneway(*groups).pvalue < CHANCE)
 
 
 effect = BinNonlinearity()

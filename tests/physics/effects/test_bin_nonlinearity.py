@@ -164,3 +164,13 @@ def test_each_zone_may_have_a_converter_of_its_own(small, of_zones, of_all):
         np.testing.assert_allclose(found[:, zone], alone[:, zone], rtol=1e-9)
     alike = model.expected(1e3, [effect.at(**{of_zones: 0.05})])
     np.testing.assert_allclose(alike, model.expected(1e3, [effect.at(**{of_all: 0.05})]), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("gains", "stretched"), [(0.0, False), (0.3, True)])
+def test_bins_that_are_wide_together_are_a_brighter_zone(small, gains, stretched):
+    """Those that nobody saw are as wide as they were taken to be, and say nothing either way."""
+    rng = np.random.default_rng(1)
+    wider = rng.normal(0, 0.05, (4, 40)) + np.linspace(-gains, gains, 4)[:, None]
+    wider[:, 15:] = 0.0
+    rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
+    assert effect.strained(effect.at(zone_width=wider.ravel()).values, rendering) == stretched
