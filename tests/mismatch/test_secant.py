@@ -119,6 +119,18 @@ def test_which_of_both_is_used_is_said_by_the_last_step():
         assert np.allclose(found, true if foretold and damped else information)
 
 
+def test_information_that_is_too_stiff_is_doubted():
+    """Which a step says that wins nearly twice what it foretold; one and a half times that is not yet said."""
+    for more, doubted in ((1.4, False), (1.9, True)):
+        secant, information = Secant(), 10 * np.eye(2)
+        secant.curvature(np.array([10.0, 0.0]), information)
+        secant.took(np.array([1.0, 0.0]), more * 10.0, False)
+        secant.curvature(np.array([7.0, 0.0]), information)
+        secant.took(np.array([1.0, 0.0]), 11.0 if doubted else 5.0, False)
+        found = secant.curvature(np.array([4.0, 0.0]), information)
+        assert np.allclose(found, np.diag([3.0, 10.0]) if doubted else information)
+
+
 def test_what_has_many_numbers_keeps_its_information():
     secant, information, gradient = Secant(), np.eye(MANY + 1), np.ones(MANY + 1)
     for _ in range(3):
