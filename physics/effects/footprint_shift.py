@@ -41,6 +41,7 @@ class FootprintShift(Effect):
         ("slip_x", "slip_y"),
         ("x", "y", "turn", "zoom"),
         ("x", "y", "slip_x", "slip_y"),
+        ("x", "y", "turn", "by_pixels"),
     )
     richer, common = forms[7:], forms[3:]
     parameters = tuple(

@@ -99,6 +99,7 @@ STRENGTHS = {
         {"x": 12, "y": -8, "turn": -0.08, "zoom": 0.1},
         {"x": [40, 0, -20, 9], "y": 5, "turn": 0.05, "zoom": -0.1, "slip_y": 50},
         {"x": 20, "y": -15, "by_pixels": 1.0},
+        {"x": 12, "y": -8, "turn": -0.08, "by_pixels": 0.6},
     ],
     "gain_drift": [
         {"rate": 2},
