@@ -20,7 +20,8 @@ from mismatch.simulation import Simulation
 MINOR, MINOR_PART = 60.0, 0.08
 # One that gains what it should if it were the cause needs less: what stands in for another formula falls short of that.
 MINOR_AS_EXPECTED = 35.0
-# A third is less likely beforehand than that a formula of two is somewhat off: it needs more, as it is expected or not.
+# A third is less likely beforehand than that a formula of two is somewhat off: it needs more, as it is expected or not,
+# and where they act the whole of that part.
 A_THIRD = 100.0
 # The more it gains the better it can be told whether that is what it should: from so much on a quarter of that part is
 # enough, less than that the less a minor one gains. From so much on it can be told to a tenth, and an eighth is.
@@ -95,7 +96,7 @@ class Candidate:
         far = short < -FEW if self.looks else self.observed - self.expected_gain > FAR * both
         if far and self.expected_gain < SURPRISING * self.observed:
             return True
-        if others > 1 and self.observed < A_THIRD:
+        if others > 1 and self.observed < max(A_THIRD, MINOR_PART * won if self.elsewhere <= ELSEWHERE else 0.0):
             return True
         least = MINOR_AS_EXPECTED if short < NEAR else MINOR
         told = np.log(max(self.observed, MINOR) / MINOR) / np.log(TOLD / MINOR) if short < FAR else 0.0

@@ -48,10 +48,20 @@ def test_what_is_minor(observed, expected, away, won, minor):
     assert of(observed, expected, away).is_minor(won) == minor
 
 
-@pytest.mark.parametrize(("observed", "minor"), [(99, True), (101, False)])
-def test_a_third_is_less_likely_beforehand(observed, minor):
-    assert of(observed, observed, 1.0).is_minor(1000, others=2) == minor
-    assert not of(observed, observed, 1.0).is_minor(1000)
+@pytest.mark.parametrize(
+    ("observed", "away", "won", "minor"),
+    [
+        (99, 1.0, 1000, True),
+        (101, 1.0, 1000, False),
+        (150, 1.0, 2000, False),
+        (150, 0.5, 2000, True),
+        (170, 0.5, 2000, False),
+    ],
+)
+def test_a_third_is_less_likely_beforehand(observed, away, won, minor):
+    """And where the two others act it may be another formula of theirs, however well it is as expected."""
+    assert of(observed, observed, away).is_minor(won, others=2) == minor
+    assert not of(observed, observed, away).is_minor(won)
 
 
 def test_what_is_elsewhere_is_counted_cell_by_cell(drawn):
