@@ -88,7 +88,7 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
 def _likeliest_way(
     train: Simulation, test: Simulation, forms: list[Form], best: Candidate, candidates: list[Candidate]
 ) -> Fit:
-    """The fit of a candidate as it is refined; or of the best other way of its effect, where that comes to more.
+    """The fit of a candidate as it is refined; or of another way of its effect that came near, where that is likelier.
 
     That is one number for all in place of a number for each zone, or what is strong there is another, where something
     is left: with more said of how it is there it may be the likelier, which no richer form of the first says.
@@ -96,13 +96,14 @@ def _likeliest_way(
     found = refined(train, test, without_superfluous(train, best.fit), forms)
     alike = [c for c in candidates if c.form.effect is best.form.effect and not c.form.own]
     others = [c for c in alike if best.form.own or c.form.strengths != best.form.strengths]
-    other = min(others, key=lambda c: c.criterion, default=None)
-    if other is None or other.criterion > best.criterion + BEYOND:
+    ways: dict[tuple[str, ...], Candidate] = {}
+    for other in sorted(others, key=lambda c: c.criterion):
+        if other.criterion < best.criterion + BEYOND:
+            ways.setdefault(other.form.strengths, other)
+    if not ways or (not best.form.own and not what_is_left(train, found)):
         return found
-    if not best.form.own and not what_is_left(train, found):
-        return found
-    there = refined(train, test, without_superfluous(train, other.fit), forms)
-    return min(found, there, key=lambda one: one.deviance + cost(train, one))
+    refine = (refined(train, test, without_superfluous(train, other.fit), forms) for other in ways.values())
+    return min(found, *refine, key=lambda one: one.deviance + cost(train, one))
 
 
 def _leaving(chosen: Candidate) -> float:

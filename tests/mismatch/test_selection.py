@@ -81,6 +81,23 @@ def test_another_way_of_an_effect_gets_its_chance(monkeypatch, own, strengths, b
     assert _likeliest_way(None, None, [], best, [best, worse, plain]).name == kept
 
 
+def test_each_other_strength_that_came_near_gets_its_chance(monkeypatch):
+    """Not only the nearest: that of a blur may lose light at the rim, which that of a haze has no word for."""
+    effect = SimpleNamespace(id="blur")
+
+    def found(name, criterion):
+        form = SimpleNamespace(effect=effect, own=(), name=name, strengths=(name,))
+        return SimpleNamespace(form=form, criterion=criterion, fit=SimpleNamespace(name=name, forms=[form]))
+
+    ways = [found(name, far) for name, far in (("haze", 20.0), ("steeper", 40.0), ("variance", 90.0), ("far", 200.0))]
+    ends = {"haze": 10.0, "steeper": 12.0, "variance": 5.0, "far": 0.0}
+    monkeypatch.setattr(selection, "refined", lambda train, test, fit, forms: SimpleNamespace(
+        name=fit.name, deviance=ends[fit.name]))  # fmt: skip
+    monkeypatch.setattr(selection, "cost", lambda train, fit: 0.0)
+    monkeypatch.setattr(selection, "what_is_left", lambda train, fit: ("a place",))
+    assert _likeliest_way(None, None, [], ways[0], ways).name == "variance"
+
+
 @pytest.mark.parametrize(("name", "part"), [("mirrored_zones", 0.25), ("range_walk", 1.0)])
 def test_an_effect_that_all_would_write_alike_leaves_less(name, part):
     form = SimpleNamespace(effect=find_effect(name))
