@@ -6,6 +6,9 @@ from mismatch.places import Place, wherever
 from mismatch.simulation import Simulation
 from mismatch.verdict import Named
 
+# What noise would gain in more than one search of a hundred is no name, though it gains what it should.
+BY_CHANCE = 0.01
+
 
 def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -> tuple[Place, ...]:
     """What speaks against the names of a fit of all frames, a misfit that has no place each."""
@@ -15,6 +18,7 @@ def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -
         told = one.heldout_gain, one.expected_gain, one.scatter
         # What counts that are trusted less leave of a name may be no more than noise gains.
         noise = one.p_value > SIGNIFICANT and one.heldout_gain < SHORT_ROUGHLY * one.expected_gain
+        noise |= one.p_value > BY_CHANCE
         # A response that was estimated is off in part as the name is, and leaves less to be gained.
         roughly = one.id in looking or simulation.loose is not None
         if noise or falls_short(*told, roughly, len(effects)):

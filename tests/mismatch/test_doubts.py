@@ -47,7 +47,14 @@ def test_an_effect_that_looks_is_doubted_later(drawn, gain, doubted):
 
 @pytest.mark.parametrize(
     ("gain", "expected", "p_value", "doubted"),
-    [(5, 30, 0.01, True), (5, 30, 1e-4, False), (18, 30, 0.01, False), (20, 16, 0.01, False)],
+    [
+        (5, 30, 0.01, True),
+        (5, 30, 1e-4, False),
+        (18, 30, 0.01, False),
+        (20, 16, 0.01, False),
+        (18, 30, 0.02, True),
+        (32, 30, 0.02, True),
+    ],
 )
 def test_a_name_that_noise_may_have_gained_is_to_gain_what_is_due(drawn, gain, expected, p_value, doubted):
     found = doubts(drawn(1), NOBODY, (named("pile_up", np.float64(gain), np.float64(expected), p_value),))
