@@ -10,6 +10,8 @@ from mismatch.simulation import Simulation
 # Steps of an estimated clock to its best, and deviance by which one must still gain; part of what one gained that the
 # next may at most. A step that gains nothing is halved so often.
 TURNS, SETTLED, SLOWEST, HALVINGS = 20, 1e-2, 0.25, 4
+# Part of an information that may be lost in rounding where the clock's is taken off.
+ROUNDING = 1e-4
 
 
 class Nuisances:
@@ -131,7 +133,7 @@ class Nuisances:
         """(N,) score and (N, N) information of coordinates, the clock and the frames' gains projected out.
 
         columns: (F·P·T, N) derivatives of expected counts. nearly: with the information of the clock as it was
-        elsewhere, enough for a step: where the clock is at its best the score is the same.
+        elsewhere, enough for a step as the score is the same; not where that takes more than there is: uphill.
         """
         now = self.settled(expected)
         rows = columns.T if self.simulation.loose is None else scaled(columns.T, now.by_expected.ravel())
@@ -140,7 +142,11 @@ class Nuisances:
             return score, information
         mixed = self._information(now.mean, now.mean, rows, loose := self.clock_rows(now))
         taken = mixed @ (self._near if nearly else self._inverse(now))
-        return score - taken @ (self._score(now.mean, loose) - now.b), information - taken @ mixed.T
+        left = information - taken @ mixed.T
+        if nearly and not _positive(left, information):
+            taken = mixed @ (near := self._inverse(now))
+            self._near, left = near, information - taken @ mixed.T
+        return score - taken @ (self._score(now.mean, loose) - now.b), left
 
     def clock_rows(self, now: Settled) -> np.ndarray:
         """(K, F·P·T) changes of counts with numbers of an estimated clock, where it is; no rows where it is known."""
@@ -183,3 +189,12 @@ class Nuisances:
             theirs = mixed if others is rows else by_frame(others, signal / mean)
             information = information - (mixed / each) @ theirs.T
         return information
+
+
+def _positive(left: np.ndarray, whole: np.ndarray) -> bool:
+    """Whether a matrix (N, N) bends down nowhere, but for the rounding of what it is left of."""
+    try:
+        np.linalg.cholesky(left + ROUNDING * np.diag(np.diag(whole)))
+    except np.linalg.LinAlgError:
+        return False
+    return True

@@ -129,3 +129,19 @@ def test_a_drift_stands_out_of_gain_that_fluctuates(fluctuating):
     assert found.expected > 5
     assert abs(np.mean(away)) < 1
     assert 0.3 < np.std(away) < 2
+
+
+@pytest.mark.parametrize("times", [1.0, 1.5, 3.0])
+def test_what_the_clock_said_elsewhere_takes_no_more_than_there_is(drawn, rig, times):
+    """A gain that an estimated clock nearly says: its information there, times too much, would make a hill a valley."""
+    simulation = drawn(2)
+    expected = simulation.expected(rig.gain)
+    ramp = np.linspace(-1, 1, expected.shape[2])
+    simulation = replace(simulation, loose=np.stack([0.3 * expected, 0.1 * ramp * expected]))
+    nuisances, columns = Nuisances(simulation, 0.0), np.stack([expected.ravel(), (ramp * expected).ravel()], axis=1)
+    score, exact = nuisances.normal_equations(expected, columns)
+    nuisances._near = times * nuisances._inverse(nuisances.settled(expected))
+    found, nearly = nuisances.normal_equations(expected, columns, nearly=True)
+    np.testing.assert_allclose(nearly, exact, rtol=1e-6)
+    np.testing.assert_allclose(found, score, rtol=1e-6)
+    assert np.linalg.eigvalsh(nearly).min() > 0
