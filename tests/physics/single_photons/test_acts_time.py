@@ -45,7 +45,7 @@ def test_a_whole_frames_lag_is_that_frame_and_ends_are_held(session, lag, frame)
 def test_zones_beside_the_camera_see_the_depth_of_the_later_time(session):
     def beside(world):
         return find_act("parallax").world(
-            world, {"x": 0.05, "y": -0.03, "ranges": 0.0, "whole": 0.0, "by_pixels": 0.0}, None
+            world, {"x": 0.05, "y": -0.03, "ranges": 0.0, "whole": 0.0, "by_pixels": 0.0, "emitter": 0.0}, None
         )
 
     np.testing.assert_allclose(lagged(beside(session.world(1)), 0.1).weights, beside(session.world(2)).weights)
