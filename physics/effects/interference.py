@@ -144,7 +144,12 @@ class Interference(Effect):
         return _within(CROSSED * window_s, values, rendering) or values["longer"] > LONGEST_S
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
-        """What does not wander is no clock's but the sensor's. How fast it seems to is chance, frame by frame."""
+        """What does not wander is no clock's but the sensor's. How fast it seems to is chance, frame by frame.
+
+        And what lasts is no pulse.
+        """
+        if values["longer"] > LONGEST_S:
+            return "no ranger's pulse lasts as long"
         why = "the pulse of another emitter would wander from frame to frame, and this does not"
         return why if _within(rendering.clock.bin_width_s, values, rendering) else None
 
