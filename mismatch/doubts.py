@@ -8,6 +8,7 @@ from mismatch.verdict import Named
 
 # What noise would gain in more than one search of a hundred is no name, though it gains what it should.
 BY_CHANCE = 0.01
+ELSE = "stands in for something else"
 
 
 def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -> tuple[Place, ...]:
@@ -22,15 +23,15 @@ def doubts(simulation: Simulation, explained: Fit, effects: tuple[Named, ...]) -
         # A response that was estimated is off in part as the name is, and leaves less to be gained.
         roughly = one.id in looking or simulation.loose is not None
         if noise or falls_short(*told, roughly, len(effects)):
-            gained = f"gains {one.heldout_gain:.0f} on frames held out where {one.expected_gain:.0f} are due"
-            gained += ", and noise may gain as much" if noise else ""
-            p_value = chance(*told) * len(effects)
-            sentence = f"{one.id} stands in for something else: it {gained}"
+            gained = f"it gains {one.heldout_gain:.0f} on frames held out where {one.expected_gain:.0f} are due"
+            what = f"may be noise: {gained}, and noise may gain as much" if noise else f"{ELSE}: {gained}"
+            p_value = min(1.0, chance(*told) * len(effects))
+            sentence = f"{one.id} {what}"
             found.append(wherever(simulation, p_value, sentence))
     rendering = simulation.rendering(explained.gain) if explained.settings else None
     for setting in explained.settings:
         why = setting.effect.contradiction(setting.values, rendering)
         if why is not None:
-            sentence = f"{setting.effect.id} stands in for something else: {why}"
+            sentence = f"{setting.effect.id} {ELSE}: {why}"
             found.append(wherever(simulation, next(e.p_value for e in effects if e.id == setting.effect.id), sentence))
     return tuple(found)

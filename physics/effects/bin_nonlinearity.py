@@ -149,7 +149,7 @@ class BinNonlinearity(Effect):
         A wave that does not come again within the window bends the whole scale; and where all bins of a zone are wider
         than another's, that zone is brighter.
         """
-        if np.any(values["zone_width"]):
+        if np.ndim(values["zone_width"]) and np.any(values["zone_width"]):
             return _as_zones(np.reshape(values["zone_width"], (-1, rendering.clock.bins)))
         return bool(values["wave_sin"] or values["wave_cos"]) and values["period"] > rendering.clock.bins / 2
 
@@ -191,7 +191,8 @@ def _as_zones(wider: np.ndarray) -> bool:
     What no light reached tells nothing, and has none.
     """
     least = TOLD * np.abs(wider).max()
-    groups = [told for zone in wider if len(told := zone[np.abs(zone) > least]) > 1]
+    # Of widths that are all the same there is no variance to analyse.
+    groups = [told for zone in wider if len(told := zone[np.abs(zone) > least]) > 1 and np.ptp(told) > 0]
     return len(groups) > 1 and bool(f_oneway(*groups).pvalue < CHANCE)
 
 

@@ -139,9 +139,8 @@ class Interference(Effect):
         return roaming(rendering.recorded, rendering.expected, rendering.background, clock, counts, values["present"])
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
-        """A pulse that stays, or hardly wanders, is no free-running clock's, nor do pulses last that long."""
-        window_s = rendering.clock.bins * rendering.clock.bin_width_s
-        return _within(CROSSED * window_s, values, rendering) or values["longer"] > LONGEST_S
+        """A pulse that stays, or hardly wanders, is no free-running clock's."""
+        return _within(CROSSED * rendering.clock.bins * rendering.clock.bin_width_s, values, rendering)
 
     def contradiction(self, values: Values, rendering: Rendering) -> str | None:
         """What does not wander is no clock's but the sensor's. How fast it seems to is chance, frame by frame.

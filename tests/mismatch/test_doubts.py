@@ -60,6 +60,16 @@ def test_a_name_that_noise_may_have_gained_is_to_gain_what_is_due(drawn, gain, e
     found = doubts(drawn(1), NOBODY, (named("pile_up", np.float64(gain), np.float64(expected), p_value),))
     assert len(found) == doubted
     assert all(place.sentence.endswith("30 are due, and noise may gain as much") for place in found)
+    assert all(place.sentence.startswith("pile_up may be noise: it gains ") for place in found)
+
+
+def test_of_many_names_that_gain_more_than_is_due_none_is_less_likely_than_certain(drawn):
+    """That noise may gain as much is no misfit: its chance is a chance, and its deviance a number."""
+    found = doubts(
+        drawn(1), NOBODY, tuple(named(name, 32.0, 30.0, 0.02) for name in ("pile_up", "time_lag", "range_walk"))
+    )
+    assert len(found) == 3
+    assert all(place.p_value == 1 and place.gain == 0 for place in found)
 
 
 def test_what_is_expected_is_as_uncertain_as_what_is_gained():

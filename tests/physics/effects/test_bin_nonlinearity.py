@@ -174,3 +174,5 @@ def test_bins_that_are_wide_together_are_a_brighter_zone(small, gains, stretched
     wider[:, 15:] = 0.0
     rendering = Rendering(small.light, small.footprints, small.clock, 1.0)
     assert effect.strained(effect.at(zone_width=wider.ravel()).values, rendering) == stretched
+    for alike in (0.05, np.full(160, 0.05)):
+        assert not effect.strained(effect.at(zone_width=alike).values, rendering)
