@@ -65,7 +65,7 @@ def redrawn(
         return counts
     with np.errstate(divide="ignore"):
         grey = np.log(np.clip(counts, 0, None) / counts.max(axis=(1, 2), keepdims=True))
-    steep = np.exp(grey + steeper * grey)
+    steep = np.exp((1 + steeper) * grey)
     return steep * (counts.sum(axis=(1, 2), dtype=float) / steep.sum(axis=(1, 2), dtype=float))[:, None, None]
 
 

@@ -11,7 +11,7 @@ from scipy.ndimage import map_coordinates
 
 from physics.effects import all_effects, find_effect
 from physics.single_photons.acts import find_act
-from physics.single_photons.acts.footprint_blur import sharpened, strayed
+from physics.single_photons.acts.footprint_blur import redrawn, sharpened, strayed
 from physics.single_photons.looking import table
 from physics.single_photons.sight import pixel_places, unit_response
 from physics.single_photons.world import NO_PIXEL, Photons
@@ -116,6 +116,15 @@ def test_a_sharper_map_keeps_its_sum_and_loses_the_variance():
     assert after.sum() == pytest.approx(before.sum())
     for along, variance in ((x, 40**2), (y, 30**2)):
         assert (after[0] * along**2).sum() / after.sum() == pytest.approx(variance - 100, rel=0.005)
+
+
+@pytest.mark.parametrize("steeper", [-0.5, 0.5])
+def test_a_power_of_a_map_keeps_its_light_and_the_places_that_see_nothing(world, steeper):
+    _, _, counts = table(world.maps)
+    assert (counts == 0).any()
+    found = redrawn(world.maps, 0.0, steeper=steeper)
+    np.testing.assert_array_equal(found == 0, counts == 0)
+    np.testing.assert_allclose(found.sum(axis=(1, 2)), counts.sum(axis=(1, 2)))
 
 
 @pytest.mark.parametrize("calibrated_m", [None, 2.4])
