@@ -39,16 +39,12 @@ class Blur:
         """(P, Y, X) double: what little a slight blur takes away is not lost in rounding."""
         said = abs(self.variance_px2), self.taller, self.flat, self.coarse, self.steps_px
         ways = []
-        for part, rim in ((1 - self.lost, (0, 0)), (self.lost, self._rim(table.shape[1:]))):
+        reach = _reach(table.shape[1:], abs(self.variance_px2), self.taller)
+        for part, rim in ((1 - self.lost, (0, 0)), (self.lost, reach)):
             if part and self.variance_px2:
                 spectra = _spectra(table, rim)
                 ways.append((part, rim, spectra, transform(spectra.shape[1:], *said)))
         return np.stack(in_parallel(partial(self._zone, table, ways), range(len(table))))
-
-    def _rim(self, shape: tuple[int, int]) -> tuple[int, int]:
-        """Pixels above and below, and to either side, beyond which next to nothing is blurred."""
-        sides = (np.sqrt(abs(self.variance_px2) * np.exp(way * self.taller)) for way in (1, -1))
-        return tuple(min(RIM_PX * int(np.ceil(FAR * one / RIM_PX)), n) for one, n in zip(sides, shape, strict=True))
 
     def _zone(self, table: np.ndarray, ways: list[tuple], number: int) -> np.ndarray:
         """(Y, X) of one zone. ways: part that is blurred so, the rim beside it, cosines of all zones, what passes."""
@@ -60,7 +56,10 @@ class Blur:
                 spread = spread + part * made[down : down + zone.shape[0], along : along + zone.shape[1]]
             zone = self._blurred(zone, np.maximum(spread, 0))
         if self.haze:
-            zone = zone + self.haze * (blurred(zone, self.wide_px2) - zone)
+            hazy = blurred(zone, self.wide_px2)
+            if self.lost:
+                hazy += self.lost * (_within(zone, self.wide_px2, _reach(zone.shape, self.wide_px2)) - hazy)
+            zone = zone + self.haze * (hazy - zone)
         most = zone.max()
         if not self.steeper or not most > 0:
             return zone
@@ -79,6 +78,19 @@ class Blur:
 def blurred(image: np.ndarray, variance_px2: float) -> np.ndarray:
     """(Y, X) after diffusion for a time of that variance, no flux through the edges."""
     return np.maximum(idctn(dctn(image) * transform(image.shape, variance_px2)), 0)
+
+
+def _reach(shape: tuple[int, int], variance_px2: float, taller: float = 0.0) -> tuple[int, int]:
+    """Pixels above and below, and to either side, beyond which next to nothing is blurred."""
+    sides = (np.sqrt(variance_px2 * np.exp(way * taller)) for way in (1, -1))
+    return tuple(min(RIM_PX * int(np.ceil(FAR * one / RIM_PX)), n) for one, n in zip(sides, shape, strict=True))
+
+
+def _within(image: np.ndarray, variance_px2: float, rim: tuple[int, int]) -> np.ndarray:
+    """(Y, X) the same with nothing beyond the edges, which what is blurred passes; followed so far down and along."""
+    down, along = rim
+    spread = blurred(np.pad(image, ((down, down), (along, along))), variance_px2)
+    return spread[down : down + image.shape[0], along : along + image.shape[1]]
 
 
 def transform(

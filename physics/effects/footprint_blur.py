@@ -50,12 +50,13 @@ class FootprintBlur(Effect):
         ("haze", "wide"),
         ("steeper",),
         ("variance", "taller", "amount", "kept"),
+        ("haze", "wide", "lost"),
         ("variance", "lost"),
         ("variance", "taller", "lost"),
         ("variance", "coarse", "lost"),
         ("variance", "taller", "coarse", "lost"),
     )
-    richer = forms[-5:]
+    richer = forms[-6:]
     parameters = (
         # A choice: a standard deviation of 6 px, about a patch of 20.
         Parameter(

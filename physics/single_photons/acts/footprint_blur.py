@@ -53,14 +53,14 @@ def redrawn(
     Of so many photons more, the `haze`, walks are `wide`. Then maps are `steeper`: logarithms that much longer.
     """
     _, _, counts = table(maps)
+    edges = ("reflect", 1 - lost), ("constant", lost)
     if variance_px2:
-        ends = (
-            walked(counts, abs(variance_px2), taller, flat, coarse, steps_px, edge) for edge in ("reflect", "constant")
-        )
-        spread = sum(part * end for part, end in zip((1 - lost, lost), ends, strict=True) if part)
+        said = abs(variance_px2), taller, flat, coarse, steps_px
+        spread = sum(part * walked(counts, *said, edge) for edge, part in edges if part)
         counts = spread if variance_px2 > 0 else sharpened(counts, spread, amount, kept)
     if haze:
-        counts = (1 - haze) * counts + haze * strayed(counts, wide_px2)
+        far = (part * strayed(counts, wide_px2, edge=edge) for edge, part in edges if part)
+        counts = (1 - haze) * counts + haze * sum(far)
     if not steeper:
         return counts
     with np.errstate(divide="ignore"):

@@ -146,8 +146,11 @@ def test_a_wide_blur_is_scipys():
 def test_what_is_blurred_beyond_the_image_is_mirrored_or_lost(lost, at):
     image = gaussian(9.0, *at)
     mirrored, gone = (gaussian_filter(image, 8.0, mode=edge) for edge in ("reflect", "constant"))
+    theirs = (1 - lost) * mirrored + lost * gone
     found = Blur(64.0, lost=lost)(image[None])[0]
-    np.testing.assert_allclose(found, (1 - lost) * mirrored + lost * gone, atol=6e-3 * image.max())
+    np.testing.assert_allclose(found, theirs, atol=6e-3 * image.max())
+    hazy = Blur(0.0, haze=0.3, wide_px2=64.0, lost=lost)(image[None])[0]
+    np.testing.assert_allclose(hazy, 0.7 * image + 0.3 * theirs, atol=2e-3 * image.max())
 
 
 @pytest.mark.parametrize("taller", [-0.9, 0.6])

@@ -89,6 +89,7 @@ STRENGTHS = {
         {"variance": 400, "haze": 0.3, "wide": 2500, "steeper": -0.2},
         {"variance": 1600, "lost": 0.9},
         {"variance": 900, "taller": 0.3, "coarse": 0.8, "lost": 1},
+        {"haze": 0.3, "wide": 6400, "lost": 0.9},
     ],
     "footprint_shift": [
         {"x": 20, "y": -15},
