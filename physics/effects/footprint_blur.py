@@ -21,7 +21,8 @@ class FootprintBlur(Effect):
     as nothing reaches 0. Where patch or motion are longer one way, the variance is exp(taller) times as large down
     the image, and as much smaller along it.
 
-    Micro-optics that scatter add a `haze`: so much of each map is blurred by the wide variance, the rest is as it was.
+    Micro-optics that scatter add a `haze`: so much of each map is blurred by the wide variance, the rest is as it was;
+    what of it would pass the edge of the image is reflected or lost likewise.
     A scan that counts bright places too few, as pile-up does, gives maps that fall off more slowly than zones, about as
     a power of them: zones are `steeper`, maps to the power of 1 + steeper, with the sum they had.
 
