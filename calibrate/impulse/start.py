@@ -14,7 +14,7 @@ NARROW_BINS, FEW = 3.0, 0.05
 
 
 def stack(arrivals: Arrivals, counts: np.ndarray, alive: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Bins after the nominal arrival (B,), every quarter; light per frame there (B,); its standard error.
+    """Bins after the nominal arrival (B,), every quarter that a frame tells of; light per frame there; its error.
 
     Pedestals (the median of each histogram) are taken off; losses by dead time are made good. counts, alive: (F, P, T).
     Of zones and frames whose light all arrives at about one time, by its mean; where hardly any does, as two surfaces
@@ -31,13 +31,15 @@ def stack(arrivals: Arrivals, counts: np.ndarray, alive: np.ndarray) -> tuple[np
     cell = np.round(place[bright] * 4).astype(int)
     low = int(cell.min())
     index, size = (cell - low).ravel(), int(cell.max()) - low + 1
-    seen = np.maximum(np.bincount(index, minlength=size), 1)
+    seen = np.bincount(index, minlength=size)
+    # Where nothing moves each zone tells of one place in a bin; of those between no frame does.
+    told = np.flatnonzero(seen)
     # Bright frames are given their weight: sums of counts over sums of levels.
     level = np.bincount(index, np.repeat(peak[bright], bins), size)
     sums = np.bincount(index, (made_good - pedestal)[bright].ravel(), size)
     noise = np.bincount(index, made_good[bright].ravel() / np.maximum(alive[bright].ravel(), 0.02), size)
-    level = np.maximum(level, 1e-9)
-    return (np.arange(size) + low) / 4, sums / level, np.sqrt(np.maximum(noise, seen)) / level
+    sigma = np.sqrt(np.maximum(noise, seen)[told]) / level[told]
+    return (told + low) / 4, sums[told] / level[told], sigma
 
 
 def _nominal(arrivals: Arrivals) -> tuple[np.ndarray, np.ndarray]:

@@ -162,6 +162,19 @@ def test_two_surfaces_in_every_zone_that_stand_still_tell_it_too(part):
     assert found.time_s @ found.probability == pytest.approx(mean, abs=8e-12)
 
 
+@pytest.mark.parametrize("depth_m", [0.3, 0.3075])
+def test_where_nothing_moves_the_whole_pulse_is_looked_at(depth_m):
+    """All zones see it at one place in a bin: of those between no frame tells, and they are not its end."""
+    pulse = two_piece_pulse(0.15e-9, 0.25e-9, WIDTH / 32)
+    light = direct_light(np.full((12, 6, 6), depth_m), np.array([[90.0, 0, 2.5], [0, 90, 2.5], [0, 0, 1]]))
+    sweep = Sweep(light, footprints(maps(), (6, 6)), np.zeros((12, 4, 64)), WIDTH, ZERO, None)
+    found = fit_impulse(counted(sweep, photons(sweep, pulse, 2e4, np.random.default_rng(3))))
+    first = pulse.time_s[np.searchsorted(np.cumsum(pulse.probability), 1e-3)]
+    assert found.time_s[0] < first
+    mean = float(pulse.time_s @ pulse.probability)
+    assert found.time_s @ found.probability == pytest.approx(mean, abs=0.1 * WIDTH)
+
+
 def test_the_bin_width_is_told_by_distances():
     sweep = swept(step_bins=0.9, frames=30, bins=64)
     counts = photons(sweep, TWO_PIECE, 1e4, np.random.default_rng(5), width_s=1.02 * WIDTH)
