@@ -12,17 +12,22 @@ TURNS = np.linspace(-0.5, 0.5, 401)
 
 
 class DarkRipple(Effect):
-    """Counts that no light sent, `counts` · (1 + cos(2π (cycles · t - phase - running · time))), t from 0 to 1 over the
-    window.
+    """Counts that no light sent, `counts` · (lifted + cos(2π (cycles · t - phase - running · time))) · exp(-fading t),
+    t from 0 to 1 over the window.
 
-    The supply of the detectors' bias switches, nearly in step with the laser. A pedestal is as high everywhere.
+    The supply of the detectors' bias switches, nearly in step with the laser; or the laser's driver rings in what the
+    detectors' thresholds see, and that dies away. A pedestal is as high everywhere.
     """
 
     id = "dark_ripple"
     acts_on = "detector"
     order = -80
     sentence = "counts that no light sent rise and fall several times along the histogram"
-    forms = (("counts", "cycles", "phase"), ("counts", "cycles", "phase", "running"))
+    forms = (
+        ("counts", "cycles", "phase"),
+        ("counts", "cycles", "phase", "running"),
+        ("counts", "cycles", "phase", "fading", "lifted"),
+    )
     parameters = (
         Parameter(
             "counts",
@@ -37,6 +42,10 @@ class DarkRipple(Effect):
         Parameter("cycles", "1", 1.0, 1e3, 8.0, "Over the window."),
         Parameter("phase", "1", -5.0, 5.0, 0.5, "Cycles from the window's begin to where it is highest, at time 0."),
         Parameter("running", "1/s", -1e3, 1e3, 0.0, "Cycles by which that grows in a second.", tries=(0.1,)),
+        Parameter("fading", "1", 0.0, 20.0, 0.0, "Powers of e by which it dies away over the window.", tries=(1.0,)),
+        Parameter(
+            "lifted", "1", 0.0, 1.0, 1.0, "1 where it only adds, 0 where it swings about the level.", tries=(0.0,)
+        ),
     )
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
@@ -62,8 +71,9 @@ class DarkRipple(Effect):
         """Dark counts with the ripple, (F, P, T)."""
         t = np.arange(rendering.clock.bins) / rendering.clock.bins
         ahead = values["phase"] + values["running"] * np.asarray(rendering.light.time_s, float)
-        wave = 1 + np.cos(2 * np.pi * (values["cycles"] * t - ahead[:, None]))
-        return rendering.background + np.atleast_1d(values["counts"])[:, None] * wave[:, None]
+        wave = values["lifted"] + np.cos(2 * np.pi * (values["cycles"] * t - ahead[:, None]))
+        swing = np.atleast_1d(values["counts"])[:, None] * (wave * np.exp(-values["fading"] * t))[:, None]
+        return np.maximum(rendering.background + swing, 0)
 
 
 effect = DarkRipple()

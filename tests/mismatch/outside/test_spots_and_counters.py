@@ -122,6 +122,13 @@ def test_a_ripple_in_the_dark(scene, running):
     best = CAUSES["dark_ripple"].starts(found - plain, plain, rendering)[1 if running else 0]
     assert best["cycles"] == pytest.approx(6, abs=1)
     assert best["running"] == pytest.approx(running, abs=0.5)
+    # One that dies away about the level there was, which it may not take below nothing.
+    away = changed(model, "dark_ripple", **of | {"counts": 0.4, "fading": 3.0, "lifted": 0.0})[4, 2]
+    swing = 0.4 * (wave - 1) * np.exp(-3 * t)
+    assert BACKGROUND[2] > 0.4
+    np.testing.assert_allclose(away - plain[4, 2], swing, atol=1e-9 * plain.max())
+    deep = changed(model, "dark_ripple", **of | {"counts": 1e3, "lifted": 0.0})[4, 2]
+    np.testing.assert_allclose(deep.min(), (plain[4, 2] - BACKGROUND[2])[deep.argmin()], atol=1e-9 * plain.max())
 
 
 def test_a_counter_of_two_slopes(scene):
