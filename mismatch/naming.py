@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mismatch.beginnings import TWO_FOR_ONE
-from mismatch.candidates import MINOR_AS_EXPECTED
+from mismatch.candidates import MINOR, MINOR_AS_EXPECTED
 from mismatch.capture import best_capture
 from mismatch.coordinate import error_of, to_value
 from mismatch.fit import Fit, on_others
@@ -38,15 +38,20 @@ def contested(
     """The fit with the likeliest effect in each place, and the contest for each. forms: all that effects may have.
 
     What beats an effect by taking up what else was found, which was too little for a name, must be likelier than both.
+    Where it is not both are named; or the first alone, where the other gains too little to be named beside anything.
     """
     contests, last = [], rounds[-1]
     for form in judged.forms:
         found = rivals(train, test, judged, form, rounds, forms)
         if found[0].form.effect is not form.effect and last.minor is not None and judged is last.before:
             both = last.minor.fit
-            if evidence(train, test, both) > found[0].evidence + TWO_FOR_ONE:
+            together = evidence(train, test, both) - TWO_FOR_ONE
+            if together > found[0].evidence and last.minor.observed >= MINOR:
                 told = [*rounds[:-1], replace(last, chosen=last.minor, minor=None)]
                 return contested(train, test, both, told, forms)
+            if together > found[0].evidence:
+                own = next(rival for rival in found if rival.form.effect is form.effect)
+                found = [replace(own, evidence=together), *(rival for rival in found if rival is not own)]
         judged = found[0].fit
         contests.append(_contest(found))
     judged = standing(train, test, judged)

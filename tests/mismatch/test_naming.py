@@ -194,9 +194,21 @@ def test_many_parameters_are_not_expected_to_gain_the_noise_they_fitted(drawn):
     assert abs(np.mean(short)) < 45
 
 
-@pytest.mark.parametrize(("likelier", "names"), [(30.0, ["stray_light"]), (-30.0, ["ambient_pedestal", "zone_gain"])])
-def test_what_takes_up_two_is_named_where_it_is_likelier_than_both(parts, pedestal, monkeypatch, likelier, names):
-    """Of a name and what was too little for one, and a rival that beats the first alone."""
+@pytest.mark.parametrize(
+    ("likelier", "gains", "names"),
+    [
+        (30.0, 90.0, ["stray_light"]),
+        (-30.0, 90.0, ["ambient_pedestal", "zone_gain"]),
+        (-30.0, 50.0, ["ambient_pedestal"]),
+        (30.0, 50.0, ["stray_light"]),
+    ],
+)
+def test_what_takes_up_two_is_named_where_it_is_likelier_than_both(
+    parts, pedestal, monkeypatch, likelier, gains, names
+):
+    """Of a name and what was too little for one, and a rival that beats the first alone; too little for any, it is
+    not named with the first either.
+    """
     _, train, test = parts
     (little,) = [form for form in forms("zone_gain") if form.own and form.free == ("factor",)]
     both = fit(train, (*pedestal.forms, little), np.concatenate([pedestal.x, little.at_start()]))
@@ -210,7 +222,8 @@ def test_what_takes_up_two_is_named_where_it_is_likelier_than_both(parts, pedest
 
     monkeypatch.setattr(naming, "rivals", found)
     monkeypatch.setattr(naming, "standing", lambda train, test, judged: judged)
-    last = Round(pedestal, (), 1, (), None, SimpleNamespace(fit=both))
+    last = Round(pedestal, (), 1, (), None, SimpleNamespace(fit=both, observed=gains))
     judged, contests = contested(train, test, pedestal, [last], [])
     assert [form.effect.id for form in judged.forms] == names
     assert [contest.form.effect.id for contest in contests] == names
+    assert all(contest.chances[0] == max(contest.chances) for contest in contests)
