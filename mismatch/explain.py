@@ -74,9 +74,10 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
             judged, explained, contests, left = more, better, _in_form(contests, judged, more), ()
             break
     conclude = partial(concluded, simulation, train, test, rounds)
-    verdict, outside = conclude(judged, explained, contests, left)
-    # What a cause outside fits better than a name may be that name in another form, which nothing else has asked for.
-    doubtful = bool(outside and judged.forms and not left) and not simulation.work.enough
+    verdict, _ = conclude(judged, explained, contests, left)
+    # What falls short of a name, or a cause outside fits better, may be that name in another form, which nothing else
+    # has asked for.
+    doubtful = verdict.verdict == "unknown" and judged.forms and not left and not simulation.work.enough
     for more in likelier_forms(train, test, judged, forms) if doubtful else ():
         better, anew = fit(simulation, more.forms, more.x, sigma), _in_form(contests, judged, more)
         again, still = conclude(more, better, anew, what_is_left(simulation, better))

@@ -1,6 +1,8 @@
 """From frames to a verdict: nothing, a cause, a stranger, a zone that is dead."""
 
+import importlib
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +62,25 @@ def test_a_search_that_was_ended_early_says_so_and_names_nothing_it_has_not_trie
     assert found.verdict.effects == ()
     assert found.verdict.unexplained
     assert any("the search was ended" in note for note in found.verdict.notes)
+
+
+@pytest.mark.parametrize("still", ["explained", "unknown"])
+def test_a_name_that_falls_short_is_asked_in_its_other_forms(drawn, monkeypatch, still):
+    """The first is taken that is in no doubt; where none is, what was found stays."""
+    module, asked = importlib.import_module("mismatch.explain"), []
+    real = module.concluded
+
+    def in_doubt(*found):
+        asked.append(found[4])
+        verdict, outside = real(*found)
+        return replace(verdict, verdict="unknown" if len(asked) == 1 else still), outside
+
+    monkeypatch.setattr(module, "concluded", in_doubt)
+    monkeypatch.setattr(module, "likelier_forms", lambda train, test, judged, forms: [replace(judged), replace(judged)])
+    found = explain(drawn(5, "ambient_pedestal", level=6.0))
+    assert found.verdict.verdict == still
+    assert len(asked) == (2 if still == "explained" else 3)
+    assert found.judged is asked[1 if still == "explained" else 0]
 
 
 def test_zones_of_unequal_gain_are_named_and_measured_against_each_other(drawn):
