@@ -15,7 +15,8 @@ class MisfiledBins(Effect):
     """Part `flipped` of all events has digit `digit` of the binary number of its bin inverted; and part `slipped` of
     those in the `wide` bins from bin `at` of each turn of `turn` bins on is filed a turn later.
 
-    The first is a latch that samples a line as it changes. The second is a coarse counter that counts on before the
+    The first is a latch that samples a line as it changes; all of them where a zone's words are read in another order.
+    The second is a coarse counter that counts on before the
     fine one is back at 0. Either makes echoes, as surfaces do, of some bins alone: before and behind, or behind.
     """
 
@@ -25,7 +26,7 @@ class MisfiledBins(Effect):
     sentence = "a time-to-digital converter reads a digit wrong, so that events of some bins are filed others away"
     forms = (("flipped",), ("slipped",))
     parameters = (
-        Parameter("flipped", "1", 0.0, 0.5, 0.01, "Part of events with a digit inverted.", vanishes_at=0.0),
+        Parameter("flipped", "1", 0.0, 1.0, 0.01, "Part of events with a digit inverted.", 0.0, axis="zone"),
         Parameter("digit", "1", 0.0, 7.0, 3.0, "Which digit, the lowest is 0."),
         Parameter("slipped", "1", 0.0, 1.0, 0.05, "Part of those events that are a turn late.", vanishes_at=0.0),
         Parameter("turn", "bins", 2.0, 256.0, 16.0, "Bins of a turn."),
@@ -36,9 +37,8 @@ class MisfiledBins(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts with part of those of some bins in others."""
         bins, turn = np.arange(rendering.clock.bins), round(values["turn"])
-        flipped = _filed(
-            rendering.expected, bins ^ (1 << round(values["digit"])), np.full(len(bins), values["flipped"])
-        )
+        of_zones = np.atleast_1d(values["flipped"])[:, None] * np.ones(len(bins))
+        flipped = _filed(rendering.expected, bins ^ (1 << round(values["digit"])), of_zones)
         late = (bins - round(values["at"])) % turn < round(values["wide"])
         return _filed(flipped, bins + turn, values["slipped"] * late)
 
@@ -63,7 +63,7 @@ class MisfiledBins(Effect):
 
 
 def _filed(counts: np.ndarray, to: np.ndarray, part: np.ndarray) -> np.ndarray:
-    """(..., T) counts of which a part (T,) is in other bins (T,); beyond the window it is lost."""
+    """(F, P, T) counts of which a part, (T,) or by zone, is in other bins (T,); beyond the window it is lost."""
     out, there = counts * (1 - part), to < len(to)
     np.add.at(out, (..., to[there]), (counts * part)[..., there])
     return out

@@ -63,6 +63,11 @@ def test_events_are_filed_in_other_bins(scene):
             if to < BINS:
                 oracle[..., to] += 0.2 * plain[..., t]
         np.testing.assert_allclose(changed(model, "misfiled_bins", **values), oracle, rtol=1e-12)
+    # All of one zone: its bins change places two by two.
+    zones = plain.shape[1]
+    swapped = changed(model, "misfiled_bins", flipped=np.eye(zones)[1], digit=0.0)
+    np.testing.assert_allclose(swapped[:, 1], plain[:, 1].reshape(len(plain), -1, 2)[..., ::-1].reshape(len(plain), -1))
+    np.testing.assert_allclose(np.delete(swapped, 1, axis=1), np.delete(plain, 1, axis=1))
 
 
 def test_the_turn_of_a_coarse_counter_is_looked_for(scene):
