@@ -16,8 +16,8 @@ class MisfiledBins(Effect):
     those in the `wide` bins from bin `at` of each turn of `turn` bins on is filed a turn later.
 
     The first is a latch that samples a line as it changes; all of them where a zone's words are read in another order.
-    The second is a coarse counter that counts on before the
-    fine one is back at 0. Either makes echoes, as surfaces do, of some bins alone: before and behind, or behind.
+    The second is a coarse counter that counts on before the fine one is back at 0. Either makes echoes, as surfaces do,
+    of some bins alone: before and behind, or behind.
     """
 
     id = "misfiled_bins"
