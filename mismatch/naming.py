@@ -46,10 +46,10 @@ def contested(
         if found[0].form.effect is not form.effect and last.minor is not None and judged is last.before:
             both = last.minor.fit
             together = evidence(train, test, both) - TWO_FOR_ONE
-            if together > found[0].evidence and last.minor.observed >= MINOR:
-                told = [*rounds[:-1], replace(last, chosen=last.minor, minor=None)]
-                return contested(train, test, both, told, forms)
             if together > found[0].evidence:
+                if last.minor.observed >= MINOR:
+                    told = [*rounds[:-1], replace(last, chosen=last.minor, minor=None)]
+                    return contested(train, test, both, told, forms)
                 own = next(rival for rival in found if rival.form.effect is form.effect)
                 found = [replace(own, evidence=together), *(rival for rival in found if rival is not own)]
         judged = found[0].fit

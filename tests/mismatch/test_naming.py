@@ -226,4 +226,3 @@ def test_what_takes_up_two_is_named_where_it_is_likelier_than_both(
     judged, contests = contested(train, test, pedestal, [last], [])
     assert [form.effect.id for form in judged.forms] == names
     assert [contest.form.effect.id for contest in contests] == names
-    assert all(contest.chances[0] == max(contest.chances) for contest in contests)

@@ -131,6 +131,36 @@ def test_a_ripple_in_the_dark(scene, running):
     np.testing.assert_allclose(deep.min(), (plain[4, 2] - BACKGROUND[2])[deep.argmin()], atol=1e-9 * plain.max())
 
 
+def test_events_are_filed_in_other_bins(scene):
+    """One by one: a digit inverted, or late in a turn and a turn late; those beyond the window are nowhere."""
+    model, *_ = scene
+    plain = model.expected(1000.0)
+    for values, where in (
+        ({"flipped": 0.2, "digit": 2.0}, {t: t ^ 4 for t in range(BINS)}),
+        ({"slipped": 0.2, "turn": 16.0, "at": 12.0, "wide": 4.0}, {t: t + 16 for t in range(BINS) if t % 16 >= 12}),
+    ):
+        oracle = plain.copy()
+        for t, to in where.items():
+            oracle[..., t] -= 0.2 * plain[..., t]
+            if to < BINS:
+                oracle[..., to] += 0.2 * plain[..., t]
+        np.testing.assert_allclose(changed(model, "misfiled_bins", **values), oracle, rtol=1e-12)
+    # All of one zone: its bins change places two by two.
+    zones = plain.shape[1]
+    swapped = changed(model, "misfiled_bins", flipped=np.eye(zones)[1], digit=0.0)
+    np.testing.assert_allclose(swapped[:, 1], plain[:, 1].reshape(len(plain), -1, 2)[..., ::-1].reshape(len(plain), -1))
+    np.testing.assert_allclose(np.delete(swapped, 1, axis=1), np.delete(plain, 1, axis=1))
+
+
+def test_the_turn_of_a_coarse_counter_is_looked_for(scene):
+    model, light, clock = scene
+    where = {"turn": 11.0, "at": 9.0, "wide": 2.0}
+    plain, slipped = model.expected(1000.0), changed(model, "misfiled_bins", slipped=0.2, **where)
+    starts = CAUSES["misfiled_bins"].starts(slipped - plain, plain, Rendering(light, None, clock, 1000.0))
+    assert {"slipped": 0.05, **where} in starts
+    assert all(CAUSES["misfiled_bins"].at(**start) for start in starts)
+
+
 def test_a_counter_of_two_slopes(scene):
     model, *_ = scene
     plain = model.expected(1000.0)
