@@ -70,6 +70,17 @@ def test_a_lamp_beats_with_the_frames(small, frequency):
     assert np.angle(found) == pytest.approx(turned, abs=0.4)
 
 
+def test_a_beat_is_found_from_frames_that_are_not_neighbours(small):
+    """Half of 24 frames, most of them two apart, tell what is faster than every fourth frame."""
+    time_s = 0.1 * np.array([0, 3, 5, 6, 9, 10, 12, 15, 17, 18, 20, 23])
+    walls = np.ones((len(time_s), 6, 10))
+    light = direct_light(walls, INTRINSICS, None, walls, time_s=time_s)
+    expected = ForwardModel(light, small.footprints, small.clock, 3.0).expected(50.0)
+    more = np.broadcast_to(5 + 4 * np.sin(2 * np.pi * 3.4 * time_s)[:, None, None], expected.shape)
+    *_, start = effect.starts(more, expected, Rendering(light, small.footprints, small.clock, 50.0))
+    assert start["frequency"] == pytest.approx(3.4, abs=0.05)
+
+
 @pytest.mark.parametrize("uneven", [0.0, 1e-9, 1e-6])
 def test_a_beat_of_every_other_frame_is_of_the_size_that_is_seen(small, uneven):
     """At that frequency frames show the wave at one phase and nothing of the other."""
