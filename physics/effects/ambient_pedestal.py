@@ -5,14 +5,12 @@ from scipy.signal import lombscargle
 
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.glow import glow
+from physics.pace import frame_interval_s
 from physics.rendering import Rendering
 from physics.walk import BETWEEN, LEVELS, walk_parameters, walk_starts, walked
 
 # Frames that tell a beat from a trend. Of what they show most, they show that part of a wave which counts as seen.
 FEWEST, SEEN = 8, 1e-2
-# Frames that choose are some of a recording's: how fast it was taken those tell that are closest, but for this part.
-# Frames in bursts, far from each other, could tell of any frequency: as if there were no more than so many.
-CLOSE, MOST_FRAMES = 0.1, 4096
 # How often lamps on the mains flicker, and by how much more or less.
 MAINS_HZ, MAINS_OFF_HZ = (100.0, 120.0), 0.5
 # Levels of a walk, one fewer than others have: what walks has a number of its own.
@@ -124,7 +122,7 @@ def _beat(time_s: np.ndarray, level: np.ndarray, told: np.ndarray) -> list[dict[
     span_s = float(np.ptp(time_s))
     if len(time_s) < FEWEST or not span_s > 0:
         return []
-    highest = 0.5 / max(float(np.quantile(np.diff(time_s), CLOSE)), span_s / MOST_FRAMES)
+    highest = 0.5 / frame_interval_s(time_s)
     bands = [(0.5 / span_s, highest), *((mains - MAINS_OFF_HZ, mains + MAINS_OFF_HZ) for mains in MAINS_HZ)]
     frequencies = np.concatenate([np.arange(*band, 0.2 / span_s) for band in bands])
     power = lombscargle(time_s, level, 2 * np.pi * frequencies, weights=told / told.sum(), floating_mean=True)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from physics.effect import Effect, Parameter, Values
+from physics.pace import frame_interval_s
 from physics.rendering import Rendering
 
 # Cycles over the window that are looked at: slower ones are a slope.
@@ -57,8 +58,8 @@ class DarkRipple(Effect):
         if not waves.size:
             return []
         time_s = np.asarray(rendering.light.time_s, float)
-        apart = max(float(np.median(np.diff(time_s))), 1e-6) if len(time_s) > 1 else 1.0
-        return [self._start(waves, time_s, np.zeros(1)), self._start(waves, time_s, TURNS / apart)]
+        running = TURNS / (frame_interval_s(time_s) or 1.0)
+        return [self._start(waves, time_s, np.zeros(1)), self._start(waves, time_s, running)]
 
     def _start(self, waves: np.ndarray, time_s: np.ndarray, rates: np.ndarray) -> dict[str, float]:
         """Where waves (F, K) at times (F,) add up most, of some rates in cycles a second."""
