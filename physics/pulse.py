@@ -14,6 +14,8 @@ from recordings.refusal import Refusal
 CORE_REACH = 6.0
 # Less of a step than this is nothing, and its square would be too small for a number.
 NARROWEST = 1e-9
+# A delay of less than this part of a step, divided by, would be lost to rounding; it blurs by a millionth.
+SHORTEST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +81,9 @@ class ImpulseResponse:
         inner = self.probability[kept]
         return ImpulseResponse(self.time_s[kept], inner * (self.probability.sum() / inner.sum()))
 
-    def blurred(self, sigma_s: float) -> "ImpulseResponse":
-        """The response convolved with a normal density; exact at the edges for a response even within its steps."""
-        kernel = blurring(self.step_s, sigma_s)
+    def blurred(self, sigma_s: float, even: float = 0.0) -> "ImpulseResponse":
+        """The response convolved with the density of `blurring`; exact at the edges if even within its steps."""
+        kernel = blurring(self.step_s, sigma_s, even)
         reach, probability = len(kernel) // 2, np.convolve(self.probability, kernel)
         times = self.time_s[0] + self.step_s * np.arange(-reach, len(self.time_s) + reach)
         return ImpulseResponse(times, probability * (self.probability.sum() / probability.sum()))
@@ -106,14 +108,32 @@ def arrival(range_m: np.ndarray, time_zero_s: np.ndarray) -> np.ndarray:
     return time_zero_s + 2 * np.asarray(range_m) / speed_of_light
 
 
-def blurring(step_s: float, sigma_s: float) -> np.ndarray:
-    """(2 N + 1,) share of light, even over a step, that a normal deviate of this size puts into each step about it."""
-    sigma = max(sigma_s / step_s, NARROWEST)
-    reach = int(np.ceil(CORE_REACH * sigma)) + 1
+def blurring(step_s: float, sigma_s: float, even: float = 0.0) -> np.ndarray:
+    """(2 N + 1,) share of light, even over a step, that delays of this standard deviation put into each step about it.
+
+    even: part of its variance that comes of a delay which is anything up to a longest alike; the rest is normal.
+    """
+    sigma = max(sigma_s * np.sqrt(1 - even) / step_s, NARROWEST)
+    longest = sigma_s * np.sqrt(3 * even) / step_s
+    reach = int(np.ceil(CORE_REACH * sigma + longest)) + 1
     at = np.arange(-reach - 1, reach + 2.0)
-    # Integral of the normal cumulative: its second difference is the share of a step that falls into each other.
-    heaped = at * ndtr(at / sigma) + sigma * np.exp(-0.5 * (at / sigma) ** 2) / np.sqrt(2 * np.pi)
+    # The share of a step that falls into each other is the second difference of the integral of the delay's cumulative.
+    if longest < SHORTEST:
+        heaped = _integral(at / sigma, sigma)
+    else:
+        late, soon = (_integral_twice((at + end) / sigma, sigma) for end in (longest, -longest))
+        heaped = (late - soon) / (2 * longest)
     return np.maximum(np.diff(heaped, 2), 0)
+
+
+def _integral(z: np.ndarray, sigma: float) -> np.ndarray:
+    """Integral of the cumulative of a normal deviate up to z of its standard deviations."""
+    return sigma * (z * ndtr(z) + np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi))
+
+
+def _integral_twice(z: np.ndarray, sigma: float) -> np.ndarray:
+    """Integral of that."""
+    return 0.5 * sigma**2 * ((z**2 + 1) * ndtr(z) + z * np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi))
 
 
 def tailed_pulse(rise_s: float, fall_s: float, tail_s: float, tail_share: float, step_s: float) -> ImpulseResponse:

@@ -20,8 +20,9 @@ class ImpulseWidth(Effect):
 
     Its cumulative, monotone cubic between the edges of the steps, is read at the steps' own spacing: all light is
     kept, and bins that held whole steps still do. Jitter of laser or clock delays each photon by a normal deviate of
-    its own: variances add, and a pulse of two flanks loses its corners first. Zones whose clocks jitter by different
-    amounts have their light blurred on the knots of the lattice.
+    its own, or by anything up to a longest alike (`even`), as where a trigger waits for the next tick: variances add,
+    and a pulse of two flanks loses its corners first. Zones whose clocks jitter by different amounts have their light
+    blurred on the knots of the lattice.
     """
 
     id = "impulse_width"
@@ -36,7 +37,7 @@ class ImpulseWidth(Effect):
         ),
         LookAlike("counter_saturation", "Step away from the target: a wide pulse stays wide, a flat top goes."),
     )
-    forms = (("broader",), ("broader", "centred"), ("jitter",))
+    forms = (("broader",), ("broader", "centred"), ("jitter",), ("jitter", "even"))
     parameters = (
         Parameter(
             "broader",
@@ -67,6 +68,9 @@ class ImpulseWidth(Effect):
             power=2.0,
             sentence="Standard deviation of a random delay of each photon, beyond that of the pulse.",
         ),
+        Parameter(
+            "even", "1", 0.0, 1.0, 0.0, "Part of its variance that is a delay up to a longest alike.", tries=(1.0,)
+        ),
     )
 
     def clock(self, values: Values, rendering: Rendering) -> Clock:
@@ -75,7 +79,7 @@ class ImpulseWidth(Effect):
         if values["broader"] != 0:
             pulse = _stretched(pulse, 1 + values["broader"], values["centred"])
         if np.ndim(values["jitter"]) == 0 and values["jitter"] != 0:
-            pulse = pulse.blurred(values["jitter"])
+            pulse = pulse.blurred(values["jitter"], values["even"])
         return rendering.clock if pulse is rendering.clock.pulse else replace(rendering.clock, pulse=pulse)
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
@@ -85,7 +89,7 @@ class ImpulseWidth(Effect):
             return here
         blurred = here.light.copy()
         for zone in np.flatnonzero(values["jitter"]):
-            kernel = blurring(here.lattice.step_s, values["jitter"][zone])
+            kernel = blurring(here.lattice.step_s, values["jitter"][zone], values["even"])
             # Rounding of a transform makes a little less than nothing of nothing.
             blurred[:, zone] = np.maximum(fftconvolve(here.light[:, zone], kernel[None], mode="same", axes=-1), 0)
         return replace(here, light=blurred)

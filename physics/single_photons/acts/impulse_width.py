@@ -17,5 +17,6 @@ def world(world: World, values: Values, rng: np.random.Generator) -> World:
 
 def photons(photons: Photons, world: World, values: Values, rng: np.random.Generator) -> Photons:
     """Each photon that a laser sent has a delay of its own beside that of the pulse."""
-    late_s = by_zone(world, values["jitter"])[photons.zone] * rng.standard_normal(len(photons))
-    return replace(photons, time_s=photons.time_s + late_s)
+    normal, alike = rng.standard_normal(len(photons)), np.sqrt(3) * rng.uniform(-1, 1, len(photons))
+    late = np.sqrt(1 - values["even"]) * normal + np.sqrt(values["even"]) * alike
+    return replace(photons, time_s=photons.time_s + by_zone(world, values["jitter"])[photons.zone] * late)

@@ -21,9 +21,9 @@ def gaussian():
     return ImpulseResponse((edges[1:] + edges[:-1]) / 2, probability / probability.sum())
 
 
-def stretched(pulse, broader, jitter=0.0, centred=1.0):
+def stretched(pulse, broader, jitter=0.0, centred=1.0, even=0.0):
     start = Rendering(None, None, Clock(0.4e-9, 60, np.zeros(1), pulse), 1.0)
-    return effect.clock(effect.at(broader=broader, jitter=jitter, centred=centred).values, start).pulse
+    return effect.clock(effect.at(broader=broader, jitter=jitter, centred=centred, even=even).values, start).pulse
 
 
 @pytest.mark.parametrize("broader", [-0.6, -0.1, 1e-3, 0.5, 3.0])
@@ -64,11 +64,21 @@ def test_jitter_makes_a_gaussian_a_wider_one(jitter):
     np.testing.assert_allclose(stretched(gaussian(), 0, jitter).cumulative(times), closed, atol=6e-4)
 
 
-@given(broader=st.floats(-0.5, 2), jitter=st.floats(0, 5e-10))
-@example(broader=1.0, jitter=1.4658551829388472e-11)
-def test_jitter_keeps_light_and_mean_and_adds_its_variance(broader, jitter):
+@pytest.mark.parametrize("even", [1e-9, 0.3, 0.9, 1.0])
+def test_jitter_that_is_partly_even(even):
+    """Against quadrature: the mean, over the even part, of what the normal part makes of a Gaussian."""
+    times, jitter = np.linspace(-2e-9, 2e-9, 200), 2e-10
+    late = jitter * np.sqrt(3 * even) * (np.arange(2000) + 0.5 - 1000) / 1000
+    closed = norm.cdf(times[:, None], MEAN + late, np.hypot(SIGMA, jitter * np.sqrt(1 - even))).mean(axis=1)
+    found = stretched(gaussian(), 0, jitter, even=even).cumulative(times)
+    np.testing.assert_allclose(found, closed, atol=6e-4)
+
+
+@given(broader=st.floats(-0.5, 2), jitter=st.floats(0, 5e-10), even=st.floats(0, 1))
+@example(broader=1.0, jitter=1.4658551829388472e-11, even=0.0)
+def test_jitter_keeps_light_and_mean_and_adds_its_variance(broader, jitter, even):
     pulse = tailed_pulse(0.1e-9, 0.2e-9, 0.4e-9, 0.2, STEP)
-    narrow, wide = stretched(pulse, broader), stretched(pulse, broader, jitter)
+    narrow, wide = stretched(pulse, broader), stretched(pulse, broader, jitter, even=even)
     assert wide.probability.sum() == pytest.approx(1, abs=1e-12)
     (mean, width), (other, wider) = (_moments(p) for p in (narrow, wide))
     assert other == pytest.approx(mean, abs=1e-3 * STEP)
@@ -82,9 +92,10 @@ def _moments(pulse):
     return mean, np.sqrt(pulse.probability @ (pulse.time_s - mean) ** 2)
 
 
-def test_clocks_of_zones_may_jitter_by_different_amounts(small):
+@pytest.mark.parametrize("even", [0.0, 0.7])
+def test_clocks_of_zones_may_jitter_by_different_amounts(small, even):
     model, jitters = ForwardModel(small.light, small.footprints, small.clock), np.array([3e-10, 0, 5e-11, 1.2e-10])
-    found = model.expected(1e3, [effect.at(jitter=jitters)])
+    found = model.expected(1e3, [effect.at(jitter=jitters, even=even)])
     for zone, jitter in enumerate(jitters):
-        alone = model.expected(1e3, [effect.at(jitter=jitter)])
+        alone = model.expected(1e3, [effect.at(jitter=jitter, even=even)])
         np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=1e-3 * alone.max())

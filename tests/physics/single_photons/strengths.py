@@ -131,6 +131,7 @@ STRENGTHS = {
         {"jitter": 2e-10},
         {"broader": 0.3, "jitter": 1e-10},
         {"jitter": [3e-10, 0, 1e-10, 2e-10]},
+        {"jitter": [3e-10, 0, 1e-10, 2e-10], "even": 0.8},
     ],
     "interference": [
         {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8},
