@@ -231,6 +231,17 @@ def test_detectors_that_tire(scene):
     mean = lfilter([0.0, 1 - kept], [1, -kept], every.sum(axis=-1), axis=0)
     wanted = every / (1 + 0.3 * mean / every.sum(axis=-1).max())[..., None]
     np.testing.assert_allclose(changed(model, "fatigue", tired=0.3, memory=memory, background=1.0), wanted, rtol=1e-9)
+    # Together, and as if the first frame had always been seen: the filter begins as one that has settled.
+    mean_zone = total.mean(axis=1)
+    mean, _ = lfilter([0.0, 1 - kept], [1, -kept], mean_zone, zi=mean_zone[:1])
+    left = 1 / (1 + 0.3 * mean / mean_zone.max())[:, None, None]
+    found = changed(model, "fatigue", tired=0.3, memory=memory, shared=1.0, before=1.0)
+    np.testing.assert_allclose(found, light * left + BACKGROUND[:, None], rtol=1e-9)
+    # The background was recorded with detectors as tired as in the mean.
+    total = every.sum(axis=-1)
+    left = 1 / (1 + 0.3 * lfilter([0.0, 1 - kept], [1, -kept], total, axis=0) / total.max())[..., None]
+    found = changed(model, "fatigue", tired=0.3, memory=memory, background=1.0, usual=1.0)
+    np.testing.assert_allclose(found, light * left + BACKGROUND[:, None] * left / left.mean(), rtol=1e-9)
 
 
 def test_times_that_scatter_in_proportion_to_range(scene):
