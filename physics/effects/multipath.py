@@ -103,7 +103,7 @@ class Multipath(Effect):
         ),
         Parameter("rough", "1", 0.0, 1.0, 0.0, "Part of it that goes whichever way surfaces face.", tries=(1.0,)),
         # It begins at 10 cm² that reflect 30 %.
-        Parameter("sensor", "m²", 0.0, 0.1, 3e-4, "Reflectance times area of the sensor's face.", 0.0),
+        Parameter("sensor", "m²", 0.0, 10.0, 3e-4, "Reflectance times area of the sensor's face.", 0.0),
         Parameter("retro", "m²", 0.0, 10.0, 1e-2, "What the lens sends back, over what falls on a square metre.", 0.0),
         Parameter("mirrored", "1", 0.0, 1.0, 0.01, "Part that returns once more of what comes from 1 m.", 0.0),
         Parameter("spreading", "1", -1.0, 6.0, 0.0, "Power of range with which that part falls.", tries=(2.0,)),

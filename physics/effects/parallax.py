@@ -48,8 +48,8 @@ class Parallax(Effect):
             Parameter(
                 axis,
                 unit="m",
-                low=-0.1,
-                high=0.1,
+                low=-0.5,
+                high=0.5,
                 start=0.01,
                 vanishes_at=0.0,
                 sentence=f"How far the LiDAR is from the camera, towards the image's {side}.",

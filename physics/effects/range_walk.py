@@ -59,7 +59,7 @@ class RangeWalk(Effect):
             "logarithmic",
             unit="s",
             low=0.0,
-            high=5e-10,
+            high=2e-9,
             start=2e-11,
             vanishes_at=0.0,
             axis="zone",
