@@ -14,8 +14,9 @@ from recordings.refusal import Refusal
 CORE_REACH = 6.0
 # Less of a step than this is nothing, and its square would be too small for a number.
 NARROWEST = 1e-9
-# A delay of less than this part of a step, divided by, would be lost to rounding; it blurs by a millionth.
-SHORTEST = 1e-3
+# An even delay of less than this part of a step, or of the normal one's deviation, would be lost to rounding where it
+# is divided by; a normal one of as much variance differs from it by a hundred-thousandth.
+SHORTEST, SLIGHT = 1e-3, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,16 +114,17 @@ def blurring(step_s: float, sigma_s: float, even: float = 0.0) -> np.ndarray:
 
     even: part of its variance that comes of a delay which is anything up to a longest alike; the rest is normal.
     """
-    sigma = max(sigma_s * np.sqrt(1 - even) / step_s, NARROWEST)
-    longest = sigma_s * np.sqrt(3 * even) / step_s
+    sigma, longest = max(sigma_s * np.sqrt(1 - even) / step_s, NARROWEST), sigma_s * np.sqrt(3 * even) / step_s
+    if longest < max(SHORTEST, SLIGHT * sigma):
+        sigma, longest = max(sigma_s / step_s, NARROWEST), 0.0
     reach = int(np.ceil(CORE_REACH * sigma + longest)) + 1
     at = np.arange(-reach - 1, reach + 2.0)
     # The share of a step that falls into each other is the second difference of the integral of the delay's cumulative.
-    if longest < SHORTEST:
-        heaped = _integral(at / sigma, sigma)
-    else:
+    if longest:
         late, soon = (_integral_twice((at + end) / sigma, sigma) for end in (longest, -longest))
         heaped = (late - soon) / (2 * longest)
+    else:
+        heaped = _integral(at / sigma, sigma)
     return np.maximum(np.diff(heaped, 2), 0)
 
 

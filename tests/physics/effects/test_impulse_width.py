@@ -76,6 +76,7 @@ def test_jitter_that_is_partly_even(even):
 
 @given(broader=st.floats(-0.5, 2), jitter=st.floats(0, 5e-10), even=st.floats(0, 1))
 @example(broader=1.0, jitter=1.4658551829388472e-11, even=0.0)
+@example(broader=0.0, jitter=5e-10, even=5e-10)
 def test_jitter_keeps_light_and_mean_and_adds_its_variance(broader, jitter, even):
     pulse = tailed_pulse(0.1e-9, 0.2e-9, 0.4e-9, 0.2, STEP)
     narrow, wide = stretched(pulse, broader), stretched(pulse, broader, jitter, even=even)
