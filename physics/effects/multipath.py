@@ -102,7 +102,7 @@ class Multipath(Effect):
             "aimed", "1", 0.0, 1.0, 0.0, "Part of the light that goes where zones look, not all over.", tries=(1.0,)
         ),
         Parameter("rough", "1", 0.0, 1.0, 0.0, "Part of it that goes whichever way surfaces face.", tries=(1.0,)),
-        # It begins at 10 cm² that reflect 30 %.
+        # It begins at 10 cm² that reflect 30 %, and ends at a white wall that the sensor is mounted on.
         Parameter("sensor", "m²", 0.0, 10.0, 3e-4, "Reflectance times area of the sensor's face.", 0.0),
         Parameter("retro", "m²", 0.0, 10.0, 1e-2, "What the lens sends back, over what falls on a square metre.", 0.0),
         Parameter("mirrored", "1", 0.0, 1.0, 0.01, "Part that returns once more of what comes from 1 m.", 0.0),

@@ -43,7 +43,8 @@ class Parallax(Effect):
     )
     forms = (("x", "y"), ("x", "y", "ranges"), ("x", "y", "whole"), ("x", "y", "by_pixels"), ("x", "y", "emitter"))
     parameters = (
-        # A choice: chips and lenses of a shared mount are a few centimetres apart, known to within one.
+        # It begins at a centimetre: chips and lenses of a shared mount are a few apart, known to within one. Where they
+        # have no mount in common they may be half a metre off.
         *(
             Parameter(
                 axis,
