@@ -5,6 +5,7 @@ from mismatch.exchanged import exchanged, one_in_another_form
 from mismatch.fit import Fit
 from mismatch.form import Form
 from mismatch.leftover import what_is_left
+from mismatch.outside.told import told_alone
 from mismatch.rivals import evidence
 from mismatch.selection import Round, begun_with, select
 from mismatch.simulation import Simulation
@@ -25,31 +26,37 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form], 
     """The selection that begins with the best effect, or with another where that leads to what is likelier.
 
     The first may take up parts of two causes and leave a third to be named. Others are tried where what was found is
-    stretched or leaves something. One that has a number for each zone, or many, may take up two causes whole; and the
-    first of several, so much of others that what is left has another name. At the end each is chosen anew beside the
-    others.
+    stretched or leaves something, until one is not and leaves nothing. One that has a number for each zone, or many,
+    may take up two causes whole; and the first of several, so much of others that what is left has another name. Each
+    of several is chosen anew beside the others.
 
     last: whether no other halves of the frames are to be tried, which may judge what these cannot.
     """
     best = select(train, test, forms)
     if not last and unjudged(best[-1]) is not None:
         return best
-    return exchanged(train, test, forms, _likeliest(train, test, forms, best))
+    return _likeliest(train, test, forms, best[0], exchanged(train, test, forms, best))
 
 
-def _likeliest(train: Simulation, test: Simulation, forms: list[Form], best: list[Round]) -> list[Round]:
-    """The likeliest of selections that begin with one effect or another. best: the one that begins with the best."""
+def _likeliest(train: Simulation, test: Simulation, forms: list[Form], first: Round, best: list[Round]) -> list[Round]:
+    """The likeliest of selections that begin with one effect or another. best: the one that began with the best.
+
+    first: its first round.
+    """
     found = best[-1].before
     if not found.forms:
         return best
     doubtful, likeliest = _doubtful(train, found), _evidence(train, test, best)
-    others = [(candidate, True) for candidate in _others(best[0])] if doubtful else []
-    as_two = [(candidate, False) for candidate in _plainest(best)] if doubtful else _two_for_one(best)
-    for i, (candidate, richer) in enumerate((*others, *as_two)):
+    if doubtful and what_is_left(train, found) and told_alone(train, test, found):
+        return best  # Whatever else there is to begin with, all that is amiss has another cause.
+    others = [(candidate, True) for candidate in _others(first)] if doubtful else []
+    # What is plainer costs less to try, and what is found so leaves the others less to explain.
+    as_two = [(candidate, False) for candidate in _plainest(first, found)] if doubtful else _two_for_one(first, found)
+    for i, (candidate, richer) in enumerate((*as_two, *others)):
         if train.work.enough:
             break
-        other = begun_with(train, test, forms, best[0], candidate, richer=richer)
-        two = i >= len(others)
+        other = begun_with(train, test, forms, first, candidate, richer=richer)
+        two = i < len(as_two)
         if two and len(other[-1].before.forms) < 2:
             continue  # What stands in the place of one alone is a matter of contests.
         there = _evidence(train, test, other)
@@ -57,27 +64,30 @@ def _likeliest(train: Simulation, test: Simulation, forms: list[Form], best: lis
             other, _ = one_in_another_form(train, test, forms, other)
             there = _evidence(train, test, other)
         if there > likeliest + (TWO_FOR_ONE if two else 0.0):
-            best, likeliest = other, there
+            best = exchanged(train, test, forms, other)
+            likeliest = _evidence(train, test, best)
+            if doubtful and not _doubtful(train, best[-1].before):
+                break
     return best
 
 
-def _two_for_one(rounds: list[Round]) -> list[tuple[Candidate, bool]]:
+def _two_for_one(first: Round, found: Fit) -> list[tuple[Candidate, bool]]:
     """Where two may be likelier than what nobody doubts: candidates of the first round to begin with.
 
     And whether each may take a richer form at once. In the place of one with a number for each zone, or many: its own
     plainest form, and others of one number for all. In the place of several, the first of which may hold parts of
     others: others.
     """
-    alone, others = rounds[-1].before.forms, _others(rounds[0])
+    alone, others = found.forms, _others(first)
     if len(alone) > 1:
         return [(candidate, True) for candidate in others]
     alike = [c for c in others if alone[0].own and not c.form.own]
-    return [(candidate, False) for candidate in (*_plainest(rounds), *alike)]
+    return [(candidate, False) for candidate in (*_plainest(first, found), *alike)]
 
 
-def _plainest(rounds: list[Round]) -> list[Candidate]:
+def _plainest(first: Round, found: Fit) -> list[Candidate]:
     """Of one effect that has a number for each zone, or many, the plainest form that stands out; there may be none."""
-    first, alone = rounds[0], rounds[-1].before.forms
+    alone = found.forms
     if len(alone) > 1:
         return []
     plainer = [c for c in first.candidates if c.form.effect is alone[0].effect and _plainer(c.form, alone[0])]

@@ -21,7 +21,7 @@ from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
 from mismatch.trust import as_given, trusted
 from mismatch.unseen import owns_up
-from mismatch.work import Work
+from mismatch.work import MOST_RENDERINGS, Work
 
 ONE_BY_ONE = "what is amiss shows in few frames; single frames were held out, not blocks of them"
 # A search that took so many renderings is not made a second time; what leaves less than this part is better.
@@ -54,7 +54,8 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
 
     A response that was estimated holds what was amiss when nobody knew of it, and beside the cause that takes a name of
     its own, or is left. Then it is estimated anew, beside what explains most, and all is sought once more. One that is
-    loose hides no name, but is off all the same, and the model that was found is to have it right.
+    loose hides no name, but is off all the same, and the model that was found is to have it right. That may take what
+    the first search left of all a search may cost, or half of it.
     """
     cheap = replace(economical(simulation), work=Work())
     found = search(cheap, forms)
@@ -64,7 +65,8 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
         most = max(range(len(names)), key=lambda i: without(found.train, found.judged, names[i], 0).deviance)
         clock = likelier_clock(simulation, found.judged.gain, (found.judged.settings[most],))
         anew = replace(simulation, clock=clock)
-        cheap = replace(economical(loosened(anew) if loose else anew), work=Work())
+        spent = Work(min(cheap.work.renderings, MOST_RENDERINGS / 2))
+        cheap = replace(economical(loosened(anew) if loose else anew), work=spent)
         found = search(cheap, forms)
     return cheap, _leaving_less(cheap, found, forms)
 

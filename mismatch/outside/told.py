@@ -8,6 +8,7 @@ from mismatch.cost import least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, fit_nominal, reached
 from mismatch.form import Form, forms_of
+from mismatch.leftover import what_is_left
 from mismatch.outside.causes import all_outside
 from mismatch.places import Place, wherever
 from mismatch.race import race
@@ -50,6 +51,13 @@ def told_outside(
                 told = other.forms[-1].effect.sentence
                 best, said = won, f"{whose} {verb}, by {won:.0f} in deviance, if {told}"
     return (wherever(whole, float(np.exp(-best / 2)), said),) if said else ()
+
+
+def told_alone(train: Simulation, test: Simulation, judged: Fit) -> bool:
+    """Whether a cause outside the library fits better by itself than all names of a fit do, and leaves nothing."""
+    least = evidence(train, test, judged) + ODDS
+    alone = _outside(train, fit_nominal(train, judged.frame_gain_sigma), judged, beside=True)
+    return any(evidence(train, test, other) > least and not what_is_left(train, other) for other in alone)
 
 
 def _lessened(train: Simulation, judged: Fit) -> Iterator[tuple[tuple[Form, ...], Fit]]:

@@ -15,10 +15,14 @@ def candidate(name, stands_out=True):
 
 @pytest.fixture
 def tried(monkeypatch):
-    """Selections by what they began with. likely: how likely each is; minor: what each found too little to name; of the
-    first: how many effects it has, whether one is strained or contradicted, what is left."""
+    """Selections by what they began with.
+
+    likely: how likely each is; minor: what each found too little to name; of the first: how many effects it has,
+    whether one is strained or contradicted, what is left. sound: those that leave nothing; alone: whether a cause
+    outside does.
+    """
     made = SimpleNamespace(begun=[], likely={"tail": 10.0}, effects=2, strained=False, contradiction=None, left=())
-    made.minor = {}
+    made.minor, made.sound, made.alone = {}, (), False
     effect = SimpleNamespace(
         strained=lambda values, rendering: made.strained, contradiction=lambda values, rendering: made.contradiction
     )
@@ -41,7 +45,10 @@ def tried(monkeypatch):
     monkeypatch.setattr(beginnings, "evidence", lambda train, test, fitted: made.likely.get(fitted.name, 0.0))
     monkeypatch.setattr(beginnings, "exchanged", lambda train, test, forms, rounds: rounds)
     monkeypatch.setattr(beginnings, "one_in_another_form", lambda train, test, forms, rounds: (rounds, False))
-    monkeypatch.setattr(beginnings, "what_is_left", lambda train, fitted: made.left)
+    monkeypatch.setattr(
+        beginnings, "what_is_left", lambda train, fitted: () if fitted.name in made.sound else made.left
+    )
+    monkeypatch.setattr(beginnings, "told_alone", lambda train, test, fitted: made.alone)
     return made
 
 
@@ -72,6 +79,25 @@ def test_the_likelier_is_kept(tried, name):
     assert selected() == name
 
 
+@pytest.mark.parametrize(("sound", "begun"), [("walk", ["walk"]), ("fog", ["walk", "fog"]), ("tail", [])])
+def test_no_more_are_tried_once_there_is_no_doubt(tried, sound, begun):
+    """Of what is likelier; another that leaves nothing does not end the search, if it is not."""
+    tried.effects, tried.left, tried.sound = 1, ("a place",), (sound,)
+    tried.likely |= {"walk": 11.0, "fog": 12.0}
+    assert selected() == ("fog" if sound == "fog" else sound)
+    assert tried.begun == begun
+    tried.begun.clear()
+    tried.likely["walk"] = 9.0
+    selected()
+    assert tried.begun == ([] if sound == "tail" else ["walk", "fog"])
+
+
+def test_none_is_tried_where_a_cause_outside_leaves_nothing(tried):
+    tried.left, tried.alone = ("a place",), True
+    assert selected() == "tail"
+    assert tried.begun == []
+
+
 @pytest.mark.parametrize(("likelihood", "kept"), [(-49.0, "walk"), (-51.0, "tail")])
 def test_what_is_nearly_as_likely_may_have_another_form(tried, monkeypatch, likelihood, kept):
     """Of what was chosen first, beside what came after; where odds are far it is not tried."""
@@ -79,7 +105,8 @@ def test_what_is_nearly_as_likely_may_have_another_form(tried, monkeypatch, like
     def in_another(train, test, forms, rounds):
         (last,) = rounds
         name = last.before.name
-        return [SimpleNamespace(before=SimpleNamespace(name=name + " in another form"), minor=None)], True
+        before = SimpleNamespace(**vars(last.before) | {"name": name + " in another form"})
+        return [SimpleNamespace(before=before, minor=None)], True
 
     monkeypatch.setattr(beginnings, "one_in_another_form", in_another)
     tried.left, tried.likely = ("a place",), {"tail": 10.0, "walk": likelihood, "fog": -1e3}

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import mismatch.outside.told as module
+from mismatch.blocks import halves
 from mismatch.explain import explain
+from mismatch.fit import fit, fit_nominal
+from mismatch.form import forms_of
+from physics.effects import find_effect
 
 
 def averaged(counts):
@@ -50,6 +54,19 @@ def test_a_name_that_is_right_stands(drawn, name, values):
     verdict = explain(drawn(8, name, **values)).verdict
     assert [effect.id for effect in verdict.effects] == [name]
     assert verdict.verdict == "explained"
+
+
+@pytest.mark.parametrize(("concealed", "alone"), [("level", True), ("both", False), (None, False)])
+def test_a_cause_outside_alone_leaves_nothing_where_there_is_no_other(rig, simulated, concealed, alone):
+    """A dark level that rises with the bin, for which a flat one was named; not beside a late clock, nor a flat one."""
+    late = find_effect("time_zero_offset").at(delay=2e-11)
+    mean = rig.expected(*[late] * (concealed == "both"))
+    drawn = simulated(np.random.default_rng(8).poisson(sloping(mean) if concealed else mean + 2))
+    train, test = (drawn.of(part) for part in halves(len(drawn.counts)))
+    form = next(forms_of(find_effect("ambient_pedestal"), {"zone": 4, "bin": mean.shape[-1]}))
+    begin = fit_nominal(train).x
+    judged = fit(train, (form,), np.concatenate([begin, form.at_start()]), 0.0)
+    assert module.told_alone(train, test, judged) == alone
 
 
 @pytest.mark.parametrize(
