@@ -35,6 +35,9 @@ def likeliest_selection(train: Simulation, test: Simulation, forms: list[Form], 
     best = select(train, test, forms)
     if not last and unjudged(best[-1]) is not None:
         return best
+    found = best[-1].before
+    if found.forms and what_is_left(train, found) and told_alone(train, test, found):
+        return best  # Whatever else there is to begin with, all that is amiss has another cause.
     return _likeliest(train, test, forms, best[0], exchanged(train, test, forms, best))
 
 
@@ -47,8 +50,6 @@ def _likeliest(train: Simulation, test: Simulation, forms: list[Form], first: Ro
     if not found.forms:
         return best
     doubtful, likeliest = _doubtful(train, found), _evidence(train, test, best)
-    if doubtful and what_is_left(train, found) and told_alone(train, test, found):
-        return best  # Whatever else there is to begin with, all that is amiss has another cause.
     others = [(candidate, True) for candidate in _others(first)] if doubtful else []
     # What is plainer costs less to try, and what is found so leaves the others less to explain.
     as_two = [(candidate, False) for candidate in _plainest(first, found)] if doubtful else _two_for_one(first, found)

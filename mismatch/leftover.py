@@ -50,9 +50,16 @@ def what_is_left(simulation: Simulation, fitted: Fit) -> tuple[Place, ...]:
         found += places(simulation, fitted)
     if many * window.p_value < least and not found:
         found.append(replace(window, p_value=window.p_value * many))
-    besides = [check for check in besides if many * check.p_value < least]
-    worst = [] if found else sorted(besides, key=lambda check: check.p_value)[:1]
-    for check in (*worst, *(check for check in besides if check.certain and check not in worst)):
-        found.append(wherever(simulation, check.p_value * many, check.sentence, check.foreign))
+    besides = sorted((check for check in besides if many * check.p_value < least), key=lambda check: check.p_value)
+    worst = next(iter(besides), None)
+    placed = sum(place.gain for place in found)
+    for check in besides:
+        # What has a place, as a formula that is a little off, may make a wave.
+        foreign = check.foreign and (check.certain or not placed)
+        place = wherever(simulation, check.p_value * many, check.sentence, foreign)
+        if check is worst and place.gain > placed:
+            found.append(replace(place, gain=place.gain - placed))  # Of this, places hold a part.
+        elif check.certain:
+            found.append(place)
     total = max(sum(place.gain for place in found), 1e-12)
     return tuple(replace(place, share=place.gain / total) for place in found)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from mismatch.fit import fit_nominal
 from mismatch.leftover import GUESSED, what_is_left
@@ -48,3 +49,18 @@ def test_what_no_formula_leaves_is_said_whatever_else_is_left(rig, simulated):
     assert not found[0].foreign
     assert found[-1].foreign
     assert found[-1].sentence.startswith("no cell of a zone holds 1 count, where ")
+
+
+def test_what_has_no_place_is_said_beside_less_that_has_one(rig, simulated):
+    """A ripple that begins anew in each frame has none; a zone that has a little more in a few bins has one."""
+    rng, mean = np.random.default_rng(5), rig.expected()
+    mean[:, 3, 20:26] += 4
+    phases = rng.uniform(0, 2 * np.pi, (len(mean), 1, 1))
+    rippled = mean + 1.5 * np.cos(2 * np.pi * np.arange(mean.shape[2]) / 3.2 + phases)
+    place, other = left(simulated, rng.poisson(rippled).astype(float), guessed=False)
+    assert place.sentence.startswith("zone 3, bins 2")
+    assert (other.zones, other.bins, other.frames) == ((0, 1, 2, 3), (0, mean.shape[2] - 1), (0, len(mean) - 1))
+    assert not other.foreign
+    assert other.gain > place.gain
+    assert place.share + other.share == pytest.approx(1)
+    assert place.gain + other.gain == pytest.approx(chi2.isf(other.p_value, 1), rel=1e-6)

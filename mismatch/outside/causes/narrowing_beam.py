@@ -10,16 +10,17 @@ from physics.rendering import Rendering
 
 
 class NarrowingBeam(Effect):
-    """Light times exp(-narrowed · s · tan²θ), θ from the camera's axis, with s from 0 to 1 in the session.
+    """Light times exp(-(at_first + narrowed · s) · tan²θ), θ from the camera's axis, with s from 0 to 1 in the session.
 
-    A laser that warms up drifts out of the passband of the receiver's filter, which is narrower at larger angles. Over
-    a session of length T, s = (1 - exp(-t / (settles · T))) / (1 - exp(-1 / settles)).
+    A laser that warms up drifts out of the passband of the receiver's filter, which is narrower at larger angles. Maps
+    that were taken warm show more of the edges than the session's begin does. Over a session of length T,
+    s = (1 - exp(-t / (settles · T))) / (1 - exp(-1 / settles)).
     """
 
     id = "narrowing_beam"
     acts_on = "scene"
     sentence = "light fades with the angle to the axis, the more the longer the session lasts"
-    forms = (("narrowed",), ("narrowed", "settles"))
+    forms = (("narrowed",), ("narrowed", "settles"), ("narrowed", "at_first"))
     parameters = (
         Parameter("narrowed", unit="1", low=-20.0, high=20.0, start=0.2, vanishes_at=0.0, sentence="At 45 degrees."),
         Parameter(
@@ -31,6 +32,7 @@ class NarrowingBeam(Effect):
             "Part of the session in which it settles; steady where long.",
             tries=(0.3, 20.0),
         ),
+        Parameter("at_first", "1", -20.0, 20.0, 0.2, "As `narrowed`, when the session begins.", vanishes_at=0.0),
     )
 
     def light(self, values: Values, rendering: Rendering) -> Light:
@@ -40,7 +42,8 @@ class NarrowingBeam(Effect):
         part = np.asarray(light.time_s) / max(float(np.max(every.time_s)), 1e-300)
         since = np.expm1(-part / values["settles"]) / np.expm1(-1 / values["settles"])
         square = (light.rays[..., :2] ** 2).sum(axis=-1)
-        left = np.exp(-values["narrowed"] * since[:, None, None] * square).astype(np.float32)
+        faded = values["at_first"] + values["narrowed"] * since
+        left = np.exp(-faded[:, None, None] * square).astype(np.float32)
         return replace(light, returns=tuple(Return(way.range_m, way.strength * left) for way in light.returns))
 
 
