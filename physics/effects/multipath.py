@@ -19,8 +19,8 @@ from physics.rendering import Rendering
 from physics.sensor_face import from_face
 from physics.walls_around import by_walls_around, likely_distances
 
-# Directions of a plane outside the view that a fit begins with.
-SIDES_DEG = (0.0, 90.0, 180.0, -90.0)
+# Directions of a plane outside the view that fits begin with; parts of its distance, told roughly, where it goes along.
+SIDES_DEG, NEARER = (0.0, 90.0, 180.0, -90.0), (1.0, 0.7)
 # By such a part of its time of flight light is late that has gone once across a cavity as wide as the target is far.
 LATE = 0.75
 # Of light that goes round and round as much is left after each way: its times are exponential, a breadth of 1. Beyond
@@ -144,11 +144,14 @@ class Multipath(Effect):
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Walls and planes on all sides by way of which light is about as late as what is in excess."""
         found = []
+        # What goes along may send on its own light, as a floor under the camera does, where it is known how that moves.
+        along = [(0.0, dimmed) for dimmed in ((1.0,) if rendering.light.motion is None else (1.0, 0.0))]
         for away in likely_distances(excess, expected, rendering):
-            # One that goes along is tried at the likeliest distance alone.
-            for side, rides in product(SIDES_DEG, (0.0,) if found else (0.0, 1.0)):
-                plane = {"outside_distance": away, "outside_azimuth": side}
-                found.append(plane | {"outside_stands": 1 - rides, "outside_dimmed": rides})
+            ways = [(1.0, 0.0, away)]
+            ways += [(*how, part * away) for how, part in product(along, NEARER) if not found]
+            for side, (stands, dimmed, distance) in product(SIDES_DEG, ways):
+                plane = {"outside_distance": distance, "outside_azimuth": side}
+                found.append(plane | {"outside_stands": stands, "outside_dimmed": dimmed})
             found.append({"around_distance": away})
         return found + likely_patches(excess, expected, rendering)
 

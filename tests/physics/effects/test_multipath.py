@@ -252,6 +252,31 @@ def test_it_suggests_planes_by_how_late_the_light_is():
     assert min(abs(start["outside_distance"] - 0.8) for start in planes) < 0.2
 
 
+@pytest.mark.parametrize(("moves", "ways"), [(True, {(1, 0), (0, 1), (0, 0)}), (False, {(1, 0), (0, 1)})])
+def test_a_plane_that_goes_along_may_send_on_its_own_light_where_it_is_known_to_go(moves, ways):
+    """Over a floor a robot goes on, which tells by how bright it is; where nothing moves it is one that stands."""
+    still, (where, clock) = direct_light(np.full((2, 30, 40), 0.9), pinhole((30, 40)), 0.6), sensor_of((30, 40))
+    poses = np.stack([np.eye(4), np.eye(4)])
+    poses[1, 1, 3] = -0.3
+    times = np.array([0.0, 1.0])
+    light = replace(still, time_s=times, motion=Motion.of([0.0, 1.0], poses) if moves else None)
+    model = ForwardModel(light, where, clock)
+    nominal = model.expected(1e5)
+    truth = effect.at(outside=0.3, outside_distance=0.5, outside_azimuth=90, outside_stands=0, outside_dimmed=0)
+    excess = model.expected(1e5, [truth]) - nominal
+    starts = effect.starts(excess, nominal, Rendering(light, where, clock, 1e5))
+    planes = [start for start in starts if "outside_azimuth" in start]
+    assert {(start["outside_stands"], start["outside_dimmed"]) for start in planes} == ways
+
+    def gained(start):
+        change = model.expected(1e5, [effect.at(outside=0.1, **start)]) - nominal
+        return float((change * excess).sum() ** 2 / (change**2).sum())
+
+    best = max(planes, key=gained)
+    assert best["outside_azimuth"] == 90
+    assert not moves or best["outside_stands"] == 0
+
+
 def test_walls_all_around_are_a_source_farther_off():
     light = direct_light(np.full((1, 30, 40), 0.9), pinhole((30, 40)), 0.6)
     where, clock = sensor_of((30, 40))
