@@ -8,7 +8,7 @@ from mismatch.cost import least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, fit_nominal, reached
 from mismatch.form import Form, forms_of
-from mismatch.leftover import what_is_left
+from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.outside.causes import all_outside
 from mismatch.places import Place, wherever
 from mismatch.race import race
@@ -54,10 +54,15 @@ def told_outside(
 
 
 def told_alone(train: Simulation, test: Simulation, judged: Fit) -> bool:
-    """Whether a cause outside the library fits better by itself than all names of a fit do, and leaves nothing."""
-    least = evidence(train, test, judged) + ODDS
-    alone = _outside(train, fit_nominal(train, judged.frame_gain_sigma), judged, beside=True)
-    return any(evidence(train, test, other) > least and not what_is_left(train, other) for other in alone)
+    """Whether a cause outside the library fits better by itself than all names of a fit, and leaves next to nothing."""
+    least, nominal = evidence(train, test, judged) + ODDS, fit_nominal(train, judged.frame_gain_sigma)
+
+    def leaves_little(other: Fit) -> bool:
+        left = sum(place.gain for place in what_is_left(train, other))
+        return left <= NEGLIGIBLE * (nominal.deviance - other.deviance)
+
+    alone = _outside(train, nominal, judged, beside=True)
+    return any(evidence(train, test, other) > least and leaves_little(other) for other in alone)
 
 
 def _lessened(train: Simulation, judged: Fit) -> Iterator[tuple[tuple[Form, ...], Fit]]:
