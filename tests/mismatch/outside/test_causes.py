@@ -201,19 +201,21 @@ def test_depth_along_the_ray_is_a_bowl(scene, maps):
     np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
 
 
-@pytest.mark.parametrize(("settles", "at_first"), [(0.2, 0.0), (20.0, 0.0), (20.0, 1.0)])
-def test_a_beam_narrows_as_the_session_goes_on(scene, maps, settles, at_first):
+@pytest.mark.parametrize(
+    ("settles", "at_first", "stays"), [(0.2, 0.0, 0.0), (20.0, 0.0, 0.0), (20.0, 1.0, 0.0), (20.0, 0.5, 0.1)]
+)
+def test_a_beam_narrows_as_the_session_goes_on(scene, maps, settles, at_first, stays):
     model, light, clock = scene
-    found = changed(model, "narrowing_beam", narrowed=2.0, settles=settles, at_first=at_first)
+    found = changed(model, "narrowing_beam", narrowed=2.0, settles=settles, at_first=at_first, stays=stays)
     elapsed = np.asarray(light.time_s) / light.time_s[-1]
     gone = (1 - np.exp(-elapsed / settles)) / (1 - np.exp(-1 / settles))
     square = (light.rays[..., :2] ** 2).sum(axis=-1)
     # Darker surfaces where less light falls on them.
-    darker = np.exp(-(at_first + 2.0 * gone[:, None, None]) * square)
+    darker = np.exp(-(at_first + 2.0 * gone[:, None, None]) * (square - stays)) / 2
     depth = light.range_m / np.linalg.norm(light.rays, axis=-1)
     dim = direct_light(depth, INTRINSICS, reflectance=darker, cosine=light.cosine, time_s=light.time_s)
     there = ForwardModel(dim, footprints(maps, depth.shape[1:]), clock, BACKGROUND)
-    np.testing.assert_allclose(found, there.expected(1000.0), rtol=1e-4)
+    np.testing.assert_allclose(found, there.expected(2000.0), rtol=1e-4)
     assert np.allclose(found[0], model.expected(1000.0)[0], rtol=1e-6) == (not at_first)
 
 
