@@ -56,7 +56,10 @@ def test_a_name_that_is_right_stands(drawn, name, values):
     assert verdict.verdict == "explained"
 
 
-@pytest.mark.parametrize(("concealed", "alone"), [("level", True), ("both", False), (None, False)])
+@pytest.mark.parametrize(
+    ("concealed", "alone"),
+    [("level", True), pytest.param("both", False, marks=pytest.mark.slow), (None, False)],
+)
 def test_a_cause_outside_alone_leaves_nothing_where_there_is_no_other(rig, simulated, concealed, alone):
     """A dark level that rises with the bin, for which a flat one was named; not beside a late clock, nor a flat one."""
     late = find_effect("time_zero_offset").at(delay=2e-11)
