@@ -69,7 +69,6 @@ class Descent:
 
     def _step(self) -> None:
         """One step, with as much damping as it takes to gain."""
-        self.simulation.work.step(len(self.x))
         columns, self._slopes = derivatives(self.simulation, self.forms, self.x, self.expected, self._slopes)
         gradient, curvature = equations(self.nuisances, self.forms, self.x, self.expected, columns, nearly=True)
         gradient = gradient - self._precision @ (self.x - self._nothing)

@@ -12,8 +12,6 @@ WHOLE, LEAST = 360_000, 0.3
 # To read a pixel of maps where they have moved takes as long as so many of these, to look for a pulse in a cell as so
 # many for each bin of its length; to carry light along, as so many renderings.
 READING, LOOKING, CARRYING = 10, 0.35, 10.0
-# Numbers of which a step of a fit takes as long as one, equations and all: it goes by their cube.
-STEPPING = 700
 
 
 @dataclass
@@ -39,11 +37,6 @@ class Work:
     def carry(self, key: tuple, numbers: int) -> None:
         """Light of so many pixels and cells is carried along, likewise."""
         self._make(key, CARRYING * _part(numbers))
-
-    def step(self, numbers: int) -> None:
-        """One step of a fit of so many numbers."""
-        with self._lock:
-            self.renderings += (numbers / STEPPING) ** 3
 
     def _make(self, key: tuple, renderings: float) -> None:
         """What is kept once it was made."""

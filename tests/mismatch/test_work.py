@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mismatch.descent import Descent
-from mismatch.form import forms_of
-from mismatch.work import CARRYING, LEAST, LOOKING, MOST_RENDERINGS, READING, STEPPING, WHOLE, Work
+from mismatch.work import CARRYING, LEAST, LOOKING, MOST_RENDERINGS, READING, WHOLE, Work
 from physics.effects import find_effect
 
 
@@ -20,20 +18,6 @@ def test_a_rendering_counts_by_its_size(numbers, part):
     assert not work.enough
     work.add(numbers, read=MOST_RENDERINGS * WHOLE // READING)
     assert work.enough
-
-
-def test_a_step_counts_by_the_cube_of_its_numbers(drawn, monkeypatch):
-    """Each of a fit's: of few it is nothing beside what is rendered."""
-    work = Work()
-    work.step(STEPPING)
-    work.step(2 * STEPPING)
-    assert work.renderings == pytest.approx(9)
-    simulation, counted = replace(drawn(3), work=Work()), []
-    form = next(forms_of(find_effect("time_zero_offset"), {"zone": 4, "bin": 128}))
-    descent = Descent(simulation, (form,), np.concatenate([[0.0], form.at_start()]), 0.0)
-    monkeypatch.setattr(simulation.work, "step", counted.append)
-    descent.run(2)
-    assert counted == [2, 2]
 
 
 def test_maps_that_are_drawn_anew_cost_all_their_pixels_once(drawn):
