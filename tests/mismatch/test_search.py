@@ -11,7 +11,7 @@ from mismatch import search as module
 from mismatch.blocks import halves
 from mismatch.economy import economical
 from mismatch.explain import explain
-from mismatch.fit import fit_nominal
+from mismatch.fit import fit, fit_nominal
 from mismatch.form import all_forms
 from mismatch.improved import improved_sensor
 from mismatch.leftover import what_is_left
@@ -19,6 +19,7 @@ from mismatch.likelier_response import likelier_clock
 from mismatch.open_simulation import simulation_of
 from mismatch.search import search, searched
 from mismatch.trust import as_given
+from mismatch.work import MOST_RENDERINGS
 from physics.effects import find_effect
 from physics.light import direct_light
 from physics.nominal import ForwardModel
@@ -160,6 +161,25 @@ def test_what_an_estimate_held_before_the_cause_was_known_takes_no_name(drawn, r
     assert off[1] < 0.2 * off[0]
     better = improved_sensor(sensor, SimpleNamespace(explained=found.judged, simulation=told))
     np.testing.assert_array_equal(better.time_zero_s, told.clock.time_zero_s)
+
+
+@pytest.mark.parametrize(("took", "left"), [(1000.0, 5000.0), (5900.0, 3000.0)])
+def test_a_second_search_may_take_what_the_first_left_or_half(drawn, monkeypatch, took, left):
+    simulation, begun = replace(drawn(4), guessed=True), []
+    form = next(form for form in all_forms({"zone": 4, "bin": 48}) if form.effect.id == "time_zero_offset")
+    nominal = fit_nominal(simulation)
+    judged = fit(simulation, (form,), np.concatenate([nominal.x, form.at_start()]), 0.0)
+
+    def sought(cheap, forms):
+        begun.append(MOST_RENDERINGS - cheap.work.renderings)
+        cheap.work.renderings += took
+        return SimpleNamespace(judged=judged, train=simulation, notes=())
+
+    monkeypatch.setattr(module, "search", sought)
+    monkeypatch.setattr(module, "what_is_left", lambda *_: ("a place",))
+    monkeypatch.setattr(module, "_leaving_less", lambda cheap, found, forms: found)
+    searched(simulation, [form])
+    assert begun == [MOST_RENDERINGS, left]
 
 
 @pytest.mark.parametrize(
