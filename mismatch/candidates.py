@@ -80,9 +80,14 @@ class Candidate:
         One that looks where things are in each frame follows whatever stands out; not what it should be if it falls
         far short.
         """
-        if self.looks and falls_short(self.observed, self.expected_gain, self.scatter, True):
+        if self.looks and self.falls_short:
             return False
         return bool(norm.sf(self.z) * many < SIGNIFICANT and self.observed > NOTICEABLE)
+
+    @property
+    def falls_short(self) -> bool:
+        """Whether it gains less than half of what it should if it were the cause, beyond noise."""
+        return falls_short(self.observed, self.expected_gain, self.scatter, True)
 
     def is_minor(self, won: float, others: int = 1) -> bool:
         """Whether it gains too little to be a cause of its own beside so many others, which gained `won`.

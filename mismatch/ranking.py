@@ -40,7 +40,8 @@ def ranked(simulation: Simulation, fitted: Fit, forms: list[Form]) -> tuple[list
             by_effect.setdefault(form.effect.id, []).append(form)
     begun = simulation.each(lambda same: beginnings(beside, same), by_effect.values())
     first = beside.some or beside
-    known = first.simulation.remembered.beginning(first.fitted.expected)
+    names = frozenset(form.effect.id for form in fitted.forms)
+    known = first.simulation.remembered.beginning(first.fitted.expected, names)
     found = promises(first, begun, known)
     tried = len(found)
     if beside.some is not None:

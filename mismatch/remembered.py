@@ -45,11 +45,13 @@ class Slopes:
 class Remembered:
     """Changes of expected counts by what made them, beside counts that were expected without.
 
-    slopes: of patches there, None if there were none. parts: some of the frames, by which they are. clock: where one
-    that was estimated was, (K,) in standard deviations of its numbers, and the inverse of their information (K, K).
+    names: effects that made some of those counts. slopes: of patches there, None if there were none. parts: some of the
+    frames, by which they are. clock: where one that was estimated was, (K,) in standard deviations of its numbers, and
+    the inverse of their information (K, K).
     """
 
     beside: np.ndarray | None = None
+    names: frozenset[str] = frozenset()
     changes: dict[Hashable, np.ndarray] = field(default_factory=dict)
     slopes: Slopes | None = None
     clock: tuple[np.ndarray, np.ndarray] | None = None
@@ -57,11 +59,16 @@ class Remembered:
     _numbers: int = 0
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def beginning(self, expected: np.ndarray) -> bool:
-        """Whether what is remembered is of use beside these counts (F, P, T); if not it is forgotten."""
-        if self.beside is not None and alike(expected, self.beside, MUCH_THE_SAME):
+    def beginning(self, expected: np.ndarray, names: frozenset[str]) -> bool:
+        """Whether what is remembered is of use beside these counts (F, P, T); if not it is forgotten.
+
+        names: effects that make some of them. The same counts, made by another, others change otherwise: light of a
+        lamp goes with the detector's gain, pulses of another emitter do not.
+        """
+        same = names <= self.names or self.names <= names
+        if self.beside is not None and same and alike(expected, self.beside, MUCH_THE_SAME):
             return True
-        self.beside, self.changes, self._numbers = expected, {}, 0
+        self.beside, self.names, self.changes, self._numbers = expected, names, {}, 0
         return False
 
     def keep(self, key: Hashable, made: Callable[[], np.ndarray]) -> np.ndarray:

@@ -65,12 +65,13 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
         scores, tried = ranked(train, now, others_than(now, forms))
         significant = [s for s in scores if s.log_p < np.log(SIGNIFICANT / tried)]
         candidates: list[Candidate] = []
-        best = None
-        while significant and best is None and len(candidates) < MOST_FITTED:
+        best: Candidate | None = None
+        while significant and (best is None or best.falls_short) and len(candidates) < MOST_FITTED:
             found = candidates_among(train, test, now, significant, len(candidates))
-            candidates += found
-            best = next((c for c in found if c.stands_out(len(candidates))), None)
-            # A score far from where it is true promises what no fit keeps, and hides what others promise.
+            candidates = sorted((*candidates, *found), key=lambda c: c.criterion)
+            best = next((c for c in candidates if c.stands_out(len(candidates))), None)
+            # A score far from where it is true promises what no fit keeps, and hides what others promise. So does what
+            # gains on other frames next to nothing of what it should.
             fitted = {c.form.effect.id for c in found}
             significant = [s for s in significant if s.form.effect.id not in fitted]
         won = sum(_leaving(one.chosen) for one in rounds if one.chosen is not None)

@@ -44,11 +44,21 @@ def test_what_stands_out_beside_a_later_fit_is_what_a_fresh_look_finds(drawn):
 
 def test_beside_what_differs_by_much_nothing_is_remembered():
     memory, counts = Remembered(), np.full((2, 3, 4), 10.0)
-    assert not memory.beginning(counts)
+    assert not memory.beginning(counts, frozenset())
     memory.keep("a", lambda: counts / 10)
-    assert memory.beginning(1.1 * counts)
+    assert memory.beginning(1.1 * counts, frozenset())
     assert set(memory.changes) == {"a"}
-    assert not memory.beginning(1.5 * counts)
+    assert not memory.beginning(1.5 * counts, frozenset())
+    assert not memory.changes
+
+
+def test_beside_what_another_effect_makes_nothing_is_remembered():
+    memory, counts, one, two = Remembered(), np.full((2, 3, 4), 10.0), frozenset({"one"}), frozenset({"two"})
+    memory.beginning(counts, one)
+    memory.keep("a", lambda: counts / 10)
+    for names in (one | two, frozenset(), one):
+        assert memory.beginning(counts, names)
+    assert not memory.beginning(counts, two)
     assert not memory.changes
 
 

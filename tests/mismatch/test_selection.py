@@ -104,3 +104,32 @@ def test_an_effect_that_all_would_write_alike_leaves_less(name, part):
     assert _leaving(SimpleNamespace(form=form, observed=800.0)) == part * 800
     # However much exchanged zones gain, there is no other way to exchange them.
     assert (_leaving(SimpleNamespace(form=form, observed=1e6)) < 1e4) == (part < 1)
+
+
+@pytest.mark.parametrize(("short", "hidden", "asked", "first"), [
+    (True, 5.0, ["louder", "quieter"], "quieter"),
+    (True, 20.0, ["louder", "quieter"], "louder"),  # Another that fits worse takes no place.
+    (False, 5.0, ["louder"], "louder"),
+])  # fmt: skip
+def test_what_falls_short_on_frames_held_out_hides_nothing_that_promises_less(monkeypatch, short, hidden, asked, first):
+    fits = {"louder": 10.0, "quieter": hidden}
+    scores = [
+        SimpleNamespace(form=SimpleNamespace(effect=SimpleNamespace(id=name, exact=False)), log_p=-99.0)
+        for name in fits
+    ]
+    tried = []
+
+    def candidates_among(train, test, before, promising, many):
+        form = promising[0].form
+        tried.append(form.effect.id)
+        judged = {"observed": 0.0, "falls_short": short, "stands_out": lambda many: True}
+        return [SimpleNamespace(form=form, criterion=fits[form.effect.id], **judged)]
+
+    train, now = SimpleNamespace(work=SimpleNamespace(enough=False)), SimpleNamespace(forms=())
+    monkeypatch.setattr(selection, "ranked", lambda train, now, forms: ([] if now is None else scores, len(fits)))
+    monkeypatch.setattr(selection, "candidates_among", candidates_among)
+    monkeypatch.setattr(selection, "_likeliest_way", lambda *_: SimpleNamespace(forms=()))
+    monkeypatch.setattr(selection, "refreshed", lambda train, found: None)
+    monkeypatch.setattr(selection, "others_than", lambda fitted, forms: forms)
+    one, _ = selection.onward(train, None, [], [], now)
+    assert (tried, one.chosen.form.effect.id) == (asked, first)
