@@ -14,7 +14,7 @@ test: .venv/ready
 	$(TESTED) -m "not slow" $(TESTS)
 
 test-slow: .venv/ready
-	$(TESTED) -m slow $(TESTS)
+	$(TESTED) --dist worksteal -m slow $(TESTS)
 
 lint: .venv/ready
 	$(BIN)/ruff check .
