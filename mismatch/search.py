@@ -17,6 +17,7 @@ from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.likelier_response import likelier_clock
 from mismatch.naming import Contest, contested
 from mismatch.poisson import deviance
+from mismatch.reordered import told_in_order
 from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
 from mismatch.trust import as_given, trusted
@@ -57,6 +58,7 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     loose hides no name, but is off all the same, and the model that was found is to have it right. That may take what
     the first search left of all a search may cost, or half of it.
     """
+    simulation = told_in_order(simulation)
     cheap = replace(economical(simulation), work=Work())
     found = search(cheap, forms)
     names = found.judged.forms
