@@ -237,3 +237,25 @@ def test_light_that_enters_a_surface_comes_later(scene):
     assert late.var(axis=1).mean() == pytest.approx(deep**2, rel=0.2)
     np.testing.assert_allclose(strengths[:, 1:].sum(-1), 0.4 * before, rtol=1e-5)
     assert (made.returns[0].strength[~there] == light.returns[0].strength[~there]).all()
+
+
+@pytest.mark.parametrize("lies", [0, 1])
+def test_a_row_of_emitters_that_dies_takes_a_stripe_of_the_light(scene, maps, lies):
+    """Against light that is dimmed pixel by pixel; and it is found where and when it is."""
+    model, light, clock = scene
+    shape = light.range_m.shape[1:]
+    values = {"dark": 0.3, "at": 0.4, "wide": 0.15, "lies": float(lies), "begins": 0.55}
+    dimmed = np.array(light.returns[0].strength, float) * np.ones(light.range_m.shape)
+    for frame, row, column in np.ndindex(dimmed.shape):
+        u = (row + 0.5) / shape[0] if lies else (column + 0.5) / shape[1]
+        if light.time_s[frame] >= 0.55 * light.time_s[-1]:
+            dimmed[frame, row, column] *= 1 - 0.3 * np.exp(-0.5 * ((u - 0.4) / 0.15) ** 2)
+    dark = replace(light, returns=(replace(light.returns[0], strength=dimmed),))
+    oracle = ForwardModel(dark, footprints(maps, shape), clock, BACKGROUND).expected(1000.0)
+    found = changed(model, "dead_emitters", **values)
+    np.testing.assert_allclose(found, oracle, rtol=1e-5)
+    there = Rendering(light, footprints(maps, shape), clock, 1000.0, BACKGROUND[:, None])
+    start = CAUSES["dead_emitters"].starts(found - model.expected(1000.0), model.expected(1000.0), there)[lies]
+    assert start["lies"] == lies
+    assert start["begins"] == pytest.approx(0.5)  # The fourth of six frames is the first.
+    assert abs(start["at"] - 0.4) < 0.2
