@@ -1,5 +1,7 @@
 """A time-to-digital converter that reads one of its digits wrong: events are filed some bins away from theirs."""
 
+from itertools import product
+
 import numpy as np
 
 from physics.effect import Effect, Parameter, Values
@@ -12,8 +14,9 @@ LEAST = 1e-3
 
 
 class MisfiledBins(Effect):
-    """Part `flipped` of all events has digit `digit` of the binary number of its bin inverted; and part `slipped` of
-    those in the `wide` bins from bin `at` of each turn of `turn` bins on is filed a turn later.
+    """Part `flipped` of all events has digit `digit` of the binary number of its bin inverted, or of those alone in
+    which that is 1, where it sticks at 0, or 0, where it sticks at 1 (`sticks` 1 and 2); and part `slipped` of those in
+    the `wide` bins from bin `at` of each turn of `turn` bins on is filed a turn later.
 
     The first is a latch that samples a line as it changes; all of them where a zone's words are read in another order.
     The second is a coarse counter that counts on before the fine one is back at 0. Either makes echoes, as surfaces do,
@@ -28,6 +31,7 @@ class MisfiledBins(Effect):
     parameters = (
         Parameter("flipped", "1", 0.0, 1.0, 0.01, "Part of events with a digit inverted.", 0.0, axis="zone"),
         Parameter("digit", "1", 0.0, 7.0, 3.0, "Which digit, the lowest is 0."),
+        Parameter("sticks", "1", 0.0, 2.0, 0.0, "0: read wrong either way; 1: always 0; 2: always 1."),
         Parameter("slipped", "1", 0.0, 1.0, 0.05, "Part of those events that are a turn late.", vanishes_at=0.0),
         Parameter("turn", "bins", 2.0, 256.0, 16.0, "Bins of a turn."),
         Parameter("at", "bins", 0.0, 256.0, 12.0, "Bin of a turn from which on they are."),
@@ -37,15 +41,19 @@ class MisfiledBins(Effect):
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts with part of those of some bins in others."""
         bins, turn = np.arange(rendering.clock.bins), round(values["turn"])
-        of_zones = np.atleast_1d(values["flipped"])[:, None] * np.ones(len(bins))
-        flipped = _filed(rendering.expected, bins ^ (1 << round(values["digit"])), of_zones)
+        digit, sticks = round(values["digit"]), round(values["sticks"])
+        amiss = (bins >> digit & 1 == 2 - sticks) if sticks else np.ones(len(bins))
+        of_zones = np.atleast_1d(values["flipped"])[:, None] * amiss
+        flipped = _filed(rendering.expected, bins ^ (1 << digit), of_zones)
         late = (bins - round(values["at"])) % turn < round(values["wide"])
         return _filed(flipped, bins + turn, values["slipped"] * late)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Every digit; and the turns, and places in them, that explain most of an excess, bin by bin."""
         bins = rendering.clock.bins
-        digits = [{"flipped": self.parameter("flipped").start, "digit": float(d)} for d in DIGITS if 1 << d < bins]
+        flipped = self.parameter("flipped").start
+        ways = product((float(d) for d in DIGITS if 1 << d < bins), (0.0, 1.0, 2.0))
+        digits = [{"flipped": flipped, "digit": digit, "sticks": sticks} for digit, sticks in ways]
         found = []
         for turn in range(TURN, bins // 2):
             now, told = expected[..., :-turn], 1 / np.maximum(expected, LEAST)

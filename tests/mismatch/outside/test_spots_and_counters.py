@@ -137,6 +137,8 @@ def test_events_are_filed_in_other_bins(scene):
     plain = model.expected(1000.0)
     for values, where in (
         ({"flipped": 0.2, "digit": 2.0}, {t: t ^ 4 for t in range(BINS)}),
+        ({"flipped": 0.2, "digit": 3.0, "sticks": 1.0}, {t: t - 8 for t in range(BINS) if t // 8 % 2}),
+        ({"flipped": 0.2, "digit": 3.0, "sticks": 2.0}, {t: t + 8 for t in range(BINS) if not t // 8 % 2}),
         ({"slipped": 0.2, "turn": 16.0, "at": 12.0, "wide": 4.0}, {t: t + 16 for t in range(BINS) if t % 16 >= 12}),
     ):
         oracle = plain.copy()
