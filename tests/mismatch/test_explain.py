@@ -34,7 +34,9 @@ def true_value(name, values):
 
 
 @pytest.mark.usefixtures("every_core")
-@pytest.mark.parametrize("name", ONE)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.slow) if one in ("pile_up", "impulse_tail") else one for one in ONE]
+)
 def test_one_cause_is_named_and_measured(drawn, name):
     verdict = explain(drawn(5, name, **ONE[name])).verdict
     assert verdict.verdict == "explained"
@@ -83,6 +85,7 @@ def test_a_name_that_falls_short_is_asked_in_its_other_forms(drawn, monkeypatch,
     assert found.judged is asked[1 if still == "explained" else 0]
 
 
+@pytest.mark.slow
 def test_zones_of_unequal_gain_are_named_and_measured_against_each_other(drawn):
     factor = np.array([1.2, 0.9, 1.1, 0.85])
     (effect,) = explain(drawn(5, "zone_gain", factor=factor)).verdict.effects
@@ -119,6 +122,7 @@ def test_what_is_not_visible_is_said_with_a_strength_that_would_have_been(drawn,
     assert [effect.id for effect in there.effects] == ["ambient_pedestal"]
 
 
+@pytest.mark.slow
 def test_the_improved_sensor_agrees_with_the_recording(drawn, rig):
     found = explain(drawn(8, "impulse_tail", **ONE["impulse_tail"]))
     recording = rig.recording(found.simulation.counts)

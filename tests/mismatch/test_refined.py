@@ -91,6 +91,7 @@ def test_zones_have_nothing_of_their_own_where_that_takes_too_long():
     assert not any("slip_x" in other.free for other in richer(apart, FORMS))
 
 
+@pytest.mark.slow
 def test_a_form_that_leaves_other_parameters_free_is_tried_in_its_place(drawn):
     """A blur that was taken for longer one way, and is sharper and not brought back to its sum."""
     blur = {f.free: f for f in FORMS if f.effect.id == "footprint_blur"}
