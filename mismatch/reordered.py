@@ -23,16 +23,18 @@ def told_in_order(simulation: Simulation) -> Simulation:
     response zones in their right order leave much, which takes other names. What has been estimated by then is the
     response alone: the order takes its name, or not, where all effects are sought.
     """
-    if not simulation.guessed:
+    effect = find_effect("mirrored_zones")
+    if not simulation.guessed or any(setting.effect is effect for setting in simulation.given):
         return simulation
     part = simulation.of(halves(len(simulation.counts))[0])
     nominal = fit_nominal(part)
-    effect = find_effect("mirrored_zones")
     *_, best = effect.starts(part.counts - nominal.expected, nominal.expected, part.rendering(nominal.gain))
+    if np.array_equal(best["place"], np.arange(len(best["place"]))):
+        return simulation
     setting = effect.at(**best | {"reordered": 1.0})
     # As the response is, for both: one that is loose follows what its own order would have.
     here, there = (float(deviance(part.counts, part.expected(nominal.gain, s)).sum()) for s in ((), (setting,)))
-    if np.array_equal(best["place"], np.arange(len(best["place"]))) or there > HALF * here:
+    if there > HALF * here:
         return simulation
     anew = replace(simulation, clock=likelier_clock(simulation, nominal.gain, (setting,)))
     return anew if simulation.loose is None else loosened(anew)

@@ -1,5 +1,7 @@
 """A response told from zones in the wrong order, and told anew."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,8 @@ def test_a_response_is_told_from_zones_where_they_are(guessed, rig, order):
     assert after < 1.1 * cells
 
 
-def test_what_is_in_order_or_was_recorded_stays_as_it_is(guessed, drawn):
-    for simulation in (guessed()[0], drawn(4, "mirrored_zones", rows=1.0), drawn(4, "footprint_shift", x=40.0)):
+def test_what_is_in_order_or_was_recorded_or_said_stays_as_it_is(guessed, drawn):
+    misled, effects = guessed(rows=1.0)
+    said = replace(misled, given=effects)
+    for simulation in (guessed()[0], said, drawn(4, "mirrored_zones", rows=1.0), drawn(4, "footprint_shift", x=40.0)):
         assert told_in_order(simulation) is simulation

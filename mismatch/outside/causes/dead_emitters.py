@@ -34,6 +34,8 @@ class DeadEmitters(Effect):
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Where zones lose most, of what they had before the moment that parts frames best, along rows and columns."""
+        if len(excess) < 2:
+            return []  # One frame has no before.
         background = np.minimum(rendering.background, expected)
         light = np.maximum((expected - background).sum(axis=-1), NOTHING)
         part = excess.sum(axis=-1) / light

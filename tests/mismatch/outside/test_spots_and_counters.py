@@ -261,3 +261,4 @@ def test_a_row_of_emitters_that_dies_takes_a_stripe_of_the_light(scene, maps, li
     assert start["lies"] == lies
     assert start["begins"] == pytest.approx(0.5)  # The fourth of six frames is the first.
     assert abs(start["at"] - 0.4) < 0.2
+    assert CAUSES["dead_emitters"].starts(np.ones((1, 4, BINS)), np.ones((1, 4, BINS)), there) == []
