@@ -16,6 +16,7 @@ from mismatch.gained import falls_short
 from mismatch.leftover import NEGLIGIBLE, what_is_left
 from mismatch.likelier_response import likelier_clock
 from mismatch.naming import Contest, contested
+from mismatch.places import Place
 from mismatch.poisson import deviance
 from mismatch.reordered import told_in_order
 from mismatch.selection import Round, onward, without
@@ -93,9 +94,13 @@ def _leaving_less(simulation: Simulation, found: Search, forms: list[Form]) -> S
 
 def _left(found: Search) -> float:
     """Deviance that is left in all frames."""
-    every, judged = found.simulation, found.judged
+    return sum(place.gain for place in _places(found.simulation, found.judged))
+
+
+def _places(every: Simulation, judged: Fit) -> tuple[Place, ...]:
+    """What a fit leaves in all frames."""
     sigma = frame_gain_sigma(every, expected_at(every, judged.forms, judged.x))
-    return sum(place.gain for place in what_is_left(every, fit(every, judged.forms, judged.x, sigma)))
+    return what_is_left(every, fit(every, judged.forms, judged.x, sigma))
 
 
 def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> Search:
@@ -114,7 +119,7 @@ def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> S
         # A search that was ended before it began tells nothing.
         if anew[-1].before.forms or not rounds[-1].before.forms or not simulation.work.enough:
             (train, test), rounds, notes = parts, anew, (ONE_BY_ONE,)
-    there = trusted(simulation, train, test, rounds) if what_is_left(train, rounds[-1].before) else None
+    there = trusted(simulation, train, test, rounds) if _uncertain(simulation, train, rounds[-1].before) else None
     if there is not None:
         again = [there[0].of(part.frames) for part in (train, test)]
         # There may be no more search left in it than to go on from there.
@@ -123,6 +128,11 @@ def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> S
             simulation, (train, test), rounds, notes = there[0], again, anew, (*notes, UNCERTAIN)
     judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
     return Search(simulation, train, test, rounds, judged, contests, notes)
+
+
+def _uncertain(simulation: Simulation, train: Simulation, found: Fit) -> bool:
+    """Whether something is left that may be what nobody saw; in any frame, where a cause says that there is such."""
+    return bool(what_is_left(train, found) or (owns_up(found) and _places(simulation, found)))
 
 
 def _shown_by_both(simulation: Simulation, before: Fit, after: Fit, parts: tuple[np.ndarray, np.ndarray]) -> float:

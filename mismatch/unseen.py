@@ -13,6 +13,9 @@ from physics.owning import Unseen
 # much by these powers of it, as what it guesses to be large is so by chance in part.
 MOST_TIMES, LEAST_TIMES = 4.0, 0.02
 POWERS = (1.0, 0.7, 0.5, 0.35)
+# What happens by chance and makes a frame's variance k times the mean is as rare as 1/k² at the most, or that would be
+# no mean: twice the logarithm. So many such k are tried; they and what is usual settle in so many turns.
+RARE, CHANCES, TURNS = 4.0, 17, 3
 # How far a frame is trusted that was taken when nobody saw the scene.
 BLIND = 1e-6
 
@@ -29,21 +32,7 @@ def trust_in(simulation: Simulation, fitted: Fit, together: bool = True) -> np.n
     how much what an effect owns up to is too much or too little the counts of all frames tell, as they tell how much
     their gain fluctuates.
     """
-    every = simulation if simulation.whole is None else simulation.whole
-    found = unseen_of(every, fitted)
-    if not found:
-        return None
-    every = every.trusting(None)
-    mean = np.maximum(Nuisances(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
-    more = _more(deviance(every.counts, mean), sum(one.variance for one in found) / mean)
-    blind = [one.blind for one in found if together and one.blind is not None and one.blind.any()]
-    if more is None and not blind:
-        return None
-    alike = max(one.together for one in found) if together else 1.0
-    trust = np.ones(every.counts.shape) if more is None else 1 / (1 + more * alike)
-    for frames in blind:
-        trust[frames] = BLIND
-    return trust if simulation.whole is None else trust[simulation.frames]
+    return _trust(simulation, fitted, together)[0]
 
 
 def marginal_deviance(simulation: Simulation, fitted: Fit) -> float:
@@ -52,9 +41,38 @@ def marginal_deviance(simulation: Simulation, fitted: Fit) -> float:
     Twice the negative logarithm of their probability, up to a constant, each cell by itself (a composite likelihood:
     Varin, Reid and Firth 2011, Statistica Sinica 21, 5).
     """
-    trust = trust_in(simulation, fitted, together=False)
+    trust, price = _trust(simulation, fitted, together=False)
     lost = 0.0 if trust is None else float(np.log(trust).sum())
-    return on_others(simulation.trusting(trust), fitted)[1] - lost
+    return on_others(simulation.trusting(trust), fitted)[1] - lost + price
+
+
+def _trust(simulation: Simulation, fitted: Fit, together: bool) -> tuple[np.ndarray | None, float]:
+    """See `trust_in`; and what it costs that its frames are off by more than others by chance."""
+    every = simulation if simulation.whole is None else simulation.whole
+    found = unseen_of(every, fitted)
+    if not found:
+        return None, 0.0
+    every = every.trusting(None)
+    mean = np.maximum(Nuisances(every, fitted.frame_gain_sigma).applied(on_others(every, fitted)[0]), LEAST)
+    each = deviance(every.counts, mean)
+    more = _more(each, sum(one.variance for one in found) / mean)
+    blind = [one.blind for one in found if together and one.blind is not None and one.blind.any()]
+    if more is None and not blind:
+        return None, 0.0
+    most, alike = [one.at_most for one in found if one.at_most is not None], max(one.together for one in found)
+    times = np.ones(len(mean))
+    for _ in range(0 if more is None or not most else TURNS):
+        times = _by_chance(each, more, np.min(most, axis=0), alike)
+        # That few are off by much had made all seem so.
+        usual = _more(each, times[:, None, None] * more, (1.0,))
+        more = more if usual is None else usual / times[:, None, None]
+    trust = np.ones(every.counts.shape)
+    if more is not None:
+        trust = 1 / (1 + times[:, None, None] * more * (alike if together else 1.0))
+    for frames in blind:
+        trust[frames] = BLIND
+    some = slice(None) if simulation.whole is None else simulation.frames
+    return trust[some], float(RARE * np.log(times[some]).sum())
 
 
 def unseen_of(simulation: Simulation, fitted: Fit) -> list[Unseen]:
@@ -66,7 +84,20 @@ def unseen_of(simulation: Simulation, fitted: Fit) -> list[Unseen]:
     return [s.effect.unseen(s.values, rendering) for s in every if s.effect.owns_up(s.values)]
 
 
-def _more(each: np.ndarray, owned: np.ndarray) -> np.ndarray | None:
+def _by_chance(each: np.ndarray, more: np.ndarray, at_most: np.ndarray, alike: float) -> np.ndarray:
+    """(F,) how many times the variance `more` (F, P, T) that of each frame is, most likely, where it may be more.
+
+    at_most: (F,) times. alike: how many cells are off alike, and tell as much as one.
+    """
+    times = 1 + (np.maximum(at_most, 1) - 1) * np.linspace(0, 1, CHANCES)[:, None] ** 2
+    loss = np.empty(times.shape)
+    for one, lost in zip(times, loss, strict=True):
+        wider = 1 + one[:, None, None] * more
+        lost[:] = (each / wider + np.log(wider)).sum(axis=(1, 2)) / alike + RARE * np.log(one)
+    return times[loss.argmin(axis=0), np.arange(len(each))]
+
+
+def _more(each: np.ndarray, owned: np.ndarray, powers: tuple[float, ...] = POWERS) -> np.ndarray | None:
     """(F, P, T) variance beyond that of photons, over theirs, most likely where counts have deviances `each`.
 
     owned: what an effect says of it, which is right up to a factor and a power. None where there is none.
@@ -78,7 +109,7 @@ def _more(each: np.ndarray, owned: np.ndarray) -> np.ndarray | None:
 
     bounds = np.log(LEAST_TIMES), np.log(MOST_TIMES)
     best, found = np.inf, None
-    for power in POWERS:
+    for power in powers:
         powered = owned**power
         least = minimize_scalar(loss, args=(powered,), bounds=bounds, method="bounded")
         if least.fun < best:

@@ -31,8 +31,11 @@ class Unseen:
     """What a model leaves uncertain. variance: (F, P, T) of counts, beyond that of photons. together: how many cells
     are off alike: sums of so many scatter that much more than those of cells which are each off by themselves. blind:
     (F,) frames that were taken when nobody saw the scene, so that they tell nothing; None where there are none.
+    at_most: (F,) how many times the variance that of a single frame may be, where it is the mean of what seldom happens
+    and is then large; None where frames are off as much as one another.
     """
 
     variance: np.ndarray
     together: float
     blind: np.ndarray | None = None
+    at_most: np.ndarray | None = None

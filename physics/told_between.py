@@ -20,6 +20,8 @@ FRAMES = 4
 CLEARLY = 0.5
 # Interpolation tells next to nothing of lags where it is off by more than this part of what frames differ by.
 BLINDLY = 0.3
+# Edges that pass sooner after a frame than this part of a step, or before the next, are as rare as those.
+SOON = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +81,14 @@ class Told:
         if self.carried:
             return 2 * np.maximum(way, 0) * around(self.surfaces + self.edges)
         return way**2 * around(self.surfaces) + 2 * np.maximum(way, 0) * around(self.edges)
+
+    def by_chance(self, part: np.ndarray) -> np.ndarray:
+        """(F,) how many times what `between` has edges may be off by, in the mean square, in a single frame.
+
+        One has passed or not: off by its whole, with probability x, where it passes soon after a frame.
+        """
+        x = np.clip(part, 0, 1)
+        return 1 / np.maximum(x * (1 - x), SOON)
 
     def beyond(self, lower: np.ndarray, upper: np.ndarray, part: np.ndarray, stays: float) -> np.ndarray:
         """(F, P, T) by which counts are off where things moved on before the first frame or after the last.

@@ -110,13 +110,14 @@ class TimeLag(Effect):
         late = late_zones(values, rendering.footprints.seen[0][1].shape[1]) & (values["burst"] != 0)
         moves_on = values["carried"] > 0.5
         told = Told.of(rendering, moves_on)
-        found, blind = [], np.zeros(len(times), bool)
+        found, blind, most = [], np.zeros(len(times), bool), np.ones(len(times))
         for lag, there in ((values["lag"], ~late), (values["lag"] + values["burst"], late)):
             near = around(times, times + lag + values["skew"] * times, 1.0)
             found.append(told.between(*near) + told.beyond(*near, 0.0 if moves_on else 1 - values["beyond"]))
             part = near[2]
+            most = np.where(there.any(), np.maximum(most, told.by_chance(part)), most)
             blind |= there.any() & (np.abs(part - np.clip(part, 0, 1)) > BLIND) & (not moves_on)
-        return Unseen(np.where(late[:, None], found[1], found[0]), told.together, blind)
+        return Unseen(np.where(late[:, None], found[1], found[0]), told.together, blind, most)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, Any]]:
         """Lags that explain most of an excess; and zones in two groups, by what they are in each by itself.

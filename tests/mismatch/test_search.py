@@ -87,7 +87,7 @@ def test_a_search_anew_that_was_ended_before_it_began_undoes_nothing(passing, mo
     monkeypatch.setattr(module, "likeliest_selection", lambda *_, last: next(searches))
     monkeypatch.setattr(module, "unjudged", lambda _: SimpleNamespace(fit=None))
     monkeypatch.setattr(module, "_shown_by_both", lambda *_: 0.0)
-    monkeypatch.setattr(module, "what_is_left", lambda *_: False)
+    monkeypatch.setattr(module, "_uncertain", lambda *_: False)
     monkeypatch.setattr(module, "contested", lambda *_: (None, []))
     monkeypatch.setattr(type(passing.work), "enough", property(lambda _: enough))
     assert search(passing, []).rounds is found[kept]
@@ -106,7 +106,7 @@ def test_what_few_frames_show_is_sought_with_some_of_them_on_either_side(passing
     monkeypatch.setattr(module, "likeliest_selection", selection)
     monkeypatch.setattr(module, "unjudged", lambda _: SimpleNamespace(fit=None) if one_side[-1] else None)
     monkeypatch.setattr(module, "_shown_by_both", lambda *to: min(np.isin(few, part).sum() for part in to[-1]))
-    monkeypatch.setattr(module, "what_is_left", lambda *_: False)
+    monkeypatch.setattr(module, "_uncertain", lambda *_: False)
     monkeypatch.setattr(module, "contested", lambda *_: (None, []))
     found = search(passing, [])
     assert one_side == [True, False]
@@ -211,3 +211,22 @@ def test_what_blocks_leave_is_sought_by_single_frames(rig, monkeypatch, first, a
     assert module._leaving_less(replace(simulation, guessed=True), found, []).name == "first"
     few = simulation_of(rig.recording(counts[:FRAMES]), rig.maps)[0]
     assert module._leaving_less(few, found, []).name == "first"
+
+
+@pytest.mark.parametrize(("owning", "asked"), [(True, True), (False, False)])
+def test_what_nobody_saw_may_show_in_frames_that_were_held_out(passing, monkeypatch, owning, asked):
+    """A lag that frames that choose bear out whole: an edge passed in one that judges."""
+    seen = []
+
+    def left(simulation, _):
+        return ("a place",) if len(simulation.counts) == FRAMES else ()
+
+    monkeypatch.setattr(module, "likeliest_selection", lambda *_, last: rounds_of("time_lag"))
+    monkeypatch.setattr(module, "unjudged", lambda _: None)
+    monkeypatch.setattr(module, "what_is_left", left)
+    monkeypatch.setattr(module, "_places", lambda every, _: left(every, None))
+    monkeypatch.setattr(module, "owns_up", lambda _: owning)
+    monkeypatch.setattr(module, "trusted", lambda simulation, *_: seen.append(simulation))
+    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    search(passing, [])
+    assert bool(seen) == asked

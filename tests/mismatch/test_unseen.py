@@ -21,12 +21,15 @@ LAG = next(form for form in forms_of(find_effect("time_lag"), {"zone": 4, "bin":
 def uncertain(drawn, rig, simulated, monkeypatch):
     """uncertain(times, more): a lag's fit of counts that scatter `times` as much as it owns up to, (F, P, T) `more`."""
 
-    def make(times, more=2.0, together=1.0):
-        rng = np.random.default_rng(6)
+    def make(times, more=2.0, together=1.0, chance=None):
+        rng, at_most = np.random.default_rng(6), None if chance is None else np.full(len(chance), 30.0)
         mean = rig.expected(find_effect("time_lag").at(lag=0.01)) + 200
         variance = more * mean * (rng.random(mean.shape) < 0.5)
-        monkeypatch.setattr(TimeLag, "unseen", lambda self, values, rendering: Unseen(variance, together))
-        counts = np.rint(np.maximum(rng.normal(mean, np.sqrt(mean + times * variance)), 0))
+        monkeypatch.setattr(
+            TimeLag, "unseen", lambda self, values, rendering: Unseen(variance, together, None, at_most)
+        )
+        scatter = np.sqrt(mean + times * variance * np.reshape(1.0 if chance is None else chance, (-1, 1, 1)))
+        counts = np.rint(np.maximum(rng.normal(mean, scatter), 0))
         simulation = simulated(counts)
         simulation = replace(simulation, background=simulation.background + 200)
         start = np.append(fit_nominal(simulation).x, LAG.beginning({"lag": 0.01}).at_start())
@@ -46,6 +49,22 @@ def test_by_how_much_counts_scatter_more_they_tell_themselves(uncertain, times):
     # Those off alike are trusted less, though each by itself is as likely.
     simulation, found, _ = uncertain(times, together=5.0)
     np.testing.assert_allclose(1 / trust_in(simulation, found) - 1, 5 * told, rtol=0.01, atol=1e-9)
+
+
+def test_a_frame_that_is_off_by_much_by_chance_is_trusted_less_and_that_has_a_price(uncertain):
+    """What seldom happens is large when it does: of all frames alike it would be far too much."""
+    chance = np.ones(24)
+    chance[[5, 17]] = 20.0
+    simulation, found, variance = uncertain(1.0, chance=chance)
+    told = (1 / trust_in(simulation, found) - 1) * found.expected / np.where(variance > 0, variance, np.nan)
+    each = np.nanmean(told, axis=(1, 2))
+    assert each[[5, 17]] == pytest.approx(20, rel=0.35)
+    assert np.delete(each, [5, 17]) == pytest.approx(1, abs=0.6)
+    wide = norm.logpdf(simulation.counts, found.expected, np.sqrt(found.expected + chance[:, None, None] * variance))
+    narrow = norm.logpdf(simulation.counts, found.expected, np.sqrt(found.expected))
+    gained = on_others(simulation, found)[1] - marginal_deviance(simulation, found)
+    # A variance of k times the mean is as rare as 1/k².
+    assert gained == pytest.approx(2 * (wide - narrow).sum() - 2 * 4 * np.log(20), rel=0.05)
 
 
 def test_counts_that_scatter_as_photons_do_are_trusted(uncertain):

@@ -8,13 +8,17 @@ from physics.effect import Effect, Parameter, Values
 from physics.rendering import Rendering
 
 ALL, ROW, COLUMN = 0, 1, 2
+# What is left at least of a sensitivity.
+LEAST = 0.05
 
 
 class SharedSupply(Effect):
     """Light of a zone over 1 + drawn · o, with o that of the other zones on its supply over the most of any.
 
-    A supply feeds all zones, those of a row or those of a column, by `feeds` 0, 1 or 2. Where it is the detectors' the
-    background sags with it, where it is the laser's that stays.
+    Or times 1 - drawn · o, by the part `straight`: a supply's voltage goes straight down with what is drawn, and so may
+    a detector's chance to count with its voltage. A supply feeds all zones, those of a row or those of a column, by
+    `feeds` 0, 1 or 2. Where it is the detectors' the background draws from it and sags with it, where it is the laser's
+    that does neither.
     """
 
     id = "shared_supply"
@@ -26,23 +30,26 @@ class SharedSupply(Effect):
         Parameter("drawn", unit="1", low=-0.5, high=10.0, start=0.05, vanishes_at=0.0, sentence="How much it sags."),
         Parameter("feeds", unit="1", low=ALL, high=COLUMN, start=ALL, sentence="Which zones: all, a row, a column."),
         Parameter("background", "1", 0.0, 1.0, 1.0, "Whether the background sags: 0 the laser's supply, 1 theirs."),
+        Parameter("straight", "1", 0.0, 1.0, 0.0, "Part of that which goes straight down with what others draw."),
     )
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts by what is left of the supply."""
         background = np.minimum(rendering.background, rendering.expected)
         light = rendering.expected - background
-        others = light.sum(axis=-1) @ fed_together(rendering.footprints.zone_grid, round(values["feeds"]))
+        drawing = (light + values["background"] * background).sum(axis=-1)
+        others = drawing @ fed_together(rendering.footprints.zone_grid, round(values["feeds"]))
         others = others / max(float(others.max()), 1e-300)
-        left = 1 / (1 + values["drawn"] * others)[..., None]
+        drawn, straight = values["drawn"] * others, values["straight"]
+        left = ((1 - straight) / (1 + drawn) + straight * np.maximum(1 - drawn, LEAST))[..., None]
         return light * left + background * (1 + values["background"] * (left - 1))
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
-        """Every way to feed them in which zones have others, with the background and without."""
+        """Every way to feed them in which zones have others, with the background and without, on either course."""
         strength, grid = self.parameter("drawn").start, rendering.footprints.zone_grid
         ways = [feeds for feeds in (ALL, ROW, COLUMN) if fed_together(grid, feeds).any()]
-        both = product(ways, (0.0, 1.0))
-        return [{"drawn": strength, "feeds": float(feeds), "background": whose} for feeds, whose in both]
+        each = product(ways, (0.0, 1.0), (0.0, 1.0))
+        return [{"drawn": strength, "feeds": float(f), "background": b, "straight": s} for f, b, s in each]
 
 
 def fed_together(grid: tuple[int, int], feeds: int) -> np.ndarray:

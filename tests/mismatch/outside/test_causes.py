@@ -69,12 +69,14 @@ def test_a_supply_that_sags(scene, feeds, mates):
     """Four zones in two rows of two."""
     model, *_ = scene
     light = model.expected(1000.0) - BACKGROUND[:, None]
-    total = light.sum(axis=-1)
     together = {0: [{0, 1, 2, 3}], 1: [{0, 1}, {2, 3}], 2: [{0, 2}, {1, 3}]}[feeds]
-    most = max(total[:, list(group - {zone})].sum(axis=1).max() for group in together for zone in group)
-    for background, (zone, others) in product((0, 1), mates.items()):
-        found = changed(model, "shared_supply", drawn=0.2, feeds=feeds, background=background)[:, zone]
-        left = 1 / (1 + 0.2 * total[:, others].sum(axis=1) / most)[:, None]
+    for background, straight, (zone, others) in product((0, 1), (0, 1), mates.items()):
+        total = (light + background * BACKGROUND[:, None]).sum(axis=-1)
+        most = max(total[:, list(group - {zone})].sum(axis=1).max() for group in together for zone in group)
+        how = {"drawn": 0.2, "feeds": feeds, "background": background, "straight": straight}
+        found = changed(model, "shared_supply", **how)[:, zone]
+        drawn = (0.2 * total[:, others].sum(axis=1) / most)[:, None]
+        left = 1 - drawn if straight else 1 / (1 + drawn)
         level = BACKGROUND[zone] * (left if background else 1)
         np.testing.assert_allclose(found, light[:, zone] * left + level, rtol=1e-9)
 

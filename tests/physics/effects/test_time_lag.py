@@ -235,3 +235,21 @@ def test_data_tell_how_far_clocks_are_apart_where_what_is_seen_moves_as_one(smal
     (found,) = (start for start in starts if {"lag", "skew"} <= start.keys())
     assert found["lag"] == pytest.approx(lag, abs=0.006)
     assert found["skew"] == pytest.approx(skew, abs=0.006)
+
+
+@pytest.mark.parametrize("lag", [0.002, 0.005, 0.02])
+def test_an_edge_that_passes_soon_after_a_frame_does_so_seldom_and_is_off_by_its_whole(small, lag):
+    """Light blended is off by a little in most frames, by much in few: in those by more than the mean it owns up to."""
+    times = 0.05 * np.arange(40)
+    model = ForwardModel(fence(times), small.footprints, small.clock, 1.0)
+    true = ForwardModel(fence(times + lag), small.footprints, small.clock, 1.0).expected(1e4)
+    lagged = effect.at(lag=lag)
+    off = ((model.expected(1e4, [lagged]) - true) ** 2).sum(axis=(1, 2))[1:-1]
+    rendering = Rendering(fence(times), small.footprints, small.clock, 1e4, background=1.0)
+    unseen = effect.unseen(lagged.values, rendering)
+    x = lag / 0.05
+    np.testing.assert_allclose(unseen.at_most[:-1], 1 / (x * (1 - x)), rtol=1e-9)
+    owned = unseen.variance.sum(axis=(1, 2))[1:-1]
+    assert (off < 2 * unseen.at_most[1:-1] * owned).all()
+    if x < 0.1:
+        assert off.max() > 3 * owned.mean()
