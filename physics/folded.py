@@ -45,9 +45,38 @@ def one_period_early(rendering: Rendering, returns: list[Return], period_s: floa
     return rendering.gain * arrivals(replace(rendering.light, returns=ways), rendering.footprints, smeared).binned()
 
 
-def periods(excess: np.ndarray, expected: np.ndarray, rendering: Rendering, most: int = 2) -> list[float]:
+def two_periods(light: Light, period_s: float, stagger_s: float, turns: float) -> list[tuple[float, np.ndarray]]:
+    """Periods, seconds, and (F,) the part of shots that come after each.
+
+    Half of the shots come after one period, half after one that is longer by `stagger_s`; or frames take turns (`turns`
+    1). A laser that does so tells a target beyond the period by its two ranges.
+    """
+    if not stagger_s:
+        return [(period_s, np.ones(light.frames))]
+    frames = np.arange(light.frames) if light.part_of is None else light.part_of[1]
+    part = (1 - turns) / 2 + turns * (frames % 2)
+    return [(period_s, 1 - part), (period_s + stagger_s, part)]
+
+
+def folds(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+    """Where fits of light that comes a period early may begin; `_periods` each.
+
+    Of two periods: half of the shots after either, and frames in turn with either first.
+    """
+    found = []
+    for likely in _periods(excess, expected, rendering):
+        one, other = likely[0], likely[-1]
+        found.append({"folded": 1.0, "period": one})
+        if len(likely) > 1:
+            ways = (one, other, 0.0), (one, other, 1.0), (other, one, 1.0)
+            found[-1:] = [{"folded": 1.0, "period": a, "stagger": b - a, "in_turn": turns} for a, b, turns in ways]
+    return found
+
+
+def _periods(excess: np.ndarray, expected: np.ndarray, rendering: Rendering, most: int = 2) -> list[list[float]]:
     """Periods, seconds, at which light of far surfaces would explain most of an excess (F, P, T), best first.
 
+    Each alone, and at last the best together with the one that explains most beside it; none where there is nothing.
     Not shorter than the window, into which it would come twice. Matched filters for white noise (Turin 1960, IRE Trans.
     Inf. Theory 6, 311) at all whole bins at once, as correlations.
     """
@@ -66,7 +95,19 @@ def periods(excess: np.ndarray, expected: np.ndarray, rendering: Rendering, most
             break
         if all(abs(at - other) > APART_BINS for other in found):
             found.append(int(at))
-    return [at * clock.bin_width_s for at in found]
+    if not found:
+        return []
+    # Of what comes at another period, what comes at the best does not explain already.
+    best = found[0]
+    early = np.zeros(expected.shape)
+    there = signal[..., best : best + clock.bins]
+    early[..., : there.shape[-1]] = there
+    alike = _correlation(early * noise, signal)
+    beside = promised - alike * promised[best] / max(information[best], 1)
+    left = np.maximum(information - alike**2 / max(information[best], 1), 1)
+    other = clock.bins + int(np.argmax((np.maximum(beside, 0) ** 2 / left)[clock.bins :]))
+    alone = [[at * clock.bin_width_s] for at in found]
+    return alone if abs(other - best) <= 1 else [*alone, [best * clock.bin_width_s, other * clock.bin_width_s]]
 
 
 def _correlation(first: np.ndarray, later: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from physics.distant import likely_across, likely_boards, seen_board
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.far_pulse import ASIDE, TOWARD, far_pulse
 from physics.far_wall import normal_of, planes, seen_through, walls
-from physics.folded import one_period_early, periods, seen_beyond
+from physics.folded import folds, one_period_early, seen_beyond, two_periods
 from physics.light import Return
 from physics.odometry import camera_motion, moved_m
 from physics.rendering import Rendering
@@ -34,7 +34,9 @@ class RangeAliasing(Effect):
     one period early, `folded` times as much as it should; so do wall and thing.
 
     Where the laser's period is jittered evenly by up to ± jitter, so is the time since the next shot; where it is by
-    chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. It may
+    chance, with standard deviation `spread`, the pulse is the longer by that, as it is where the target is deep. A
+    laser of two periods, the second longer by `stagger`, has half of its shots after either, or frames take turns
+    (`in_turn`); then what is seen beyond comes back in two places. A target's pulse may
     draw nearer or farther evenly: it is at apparent_range + speed·t after t seconds; or come and go on a way of its
     own (`own_way`). One that stands still comes nearer by as much as the camera has moved towards it, ahead or aside;
     where nobody says, as what it sees says (`odometry`). It is followed until it leaves the window, not into the next
@@ -61,6 +63,7 @@ class RangeAliasing(Effect):
         ("counts", "apparent_range", "speed", "as_seen"),
         ("folded", "period"),
         ("folded", "period", "smear"),
+        ("folded", "period", "stagger"),
         BOARD,
         (*BOARD, "tilt_x", "tilt_y"),
         ("through", "depth", "smear"),
@@ -70,7 +73,7 @@ class RangeAliasing(Effect):
         ("across", "depth", "period", "smear"),
     )
     richer = ((*BOARD, "tilt_x", "tilt_y"), ("counts", "apparent_range", *TOWARD))
-    varied = (*LEVELS, *BETWEEN, "jitter", "spread")  # What goes straight is not on a curved way as well.
+    varied = (*LEVELS, *BETWEEN, "jitter", "spread", "stagger")  # What goes straight is not on a curved way as well.
     parameters = (
         Parameter("counts", "counts", 0.0, 1e7, 100.0, "Counts per frame of the far target's pulse.", 0.0, axis="zone"),
         # Nearer than 10 cm it is crosstalk for all that anybody can tell.
@@ -99,6 +102,8 @@ class RangeAliasing(Effect):
         Parameter("tilt_x", "1", -2.0, 2.0, 0.0, "Part of its depth by which it is nearer a unit farther right."),
         Parameter("tilt_y", "1", -2.0, 2.0, 0.0, "The same, farther down."),
         Parameter("period", "s", 1e-9, 1e-6, 5.627e-8, "Period of the laser; of a TMF8828 56.27 ns, 17.77 MHz."),
+        Parameter("stagger", "s", -1e-7, 1e-7, 0.0, "By how much a second period is longer."),
+        Parameter("in_turn", "1", 0.0, 1.0, 0.0, "1 where frames have either in turn, 0 where each has both."),
         Parameter("smear", "s", 0.0, 5e-9, 0.0, "Standard deviation of that period.", tries=(5e-10, 2e-9)),
     )
 
@@ -107,13 +112,14 @@ class RangeAliasing(Effect):
         found = rendering.expected
         if np.any(values["counts"]):
             found = found + far_pulse(values, rendering)
-        period = values["period"], values["smear"]
         seen = {"through": self._wall, "across": partial(self._wall, anywhere=True), "distant": self._thing}
         seen["folded"] = lambda values, now: seen_beyond(now.light, now.clock, values["period"])
-        for strength, light in seen.items():
-            if values[strength]:
-                early = one_period_early(rendering, light(values, rendering), *period)
-                found = found if early is None else found + values[strength] * early
+        for period_s, part in two_periods(rendering.light, values["period"], values["stagger"], values["in_turn"]):
+            for strength, light in seen.items():
+                if values[strength]:
+                    returns = light({**values, "period": period_s}, rendering)
+                    early = one_period_early(rendering, returns, period_s, values["smear"])
+                    found = found if early is None else found + values[strength] * part[:, None, None] * early
         return found
 
     def _wall(self, values: Values, rendering: Rendering, anywhere: bool = False) -> list[Return]:
@@ -153,7 +159,7 @@ class RangeAliasing(Effect):
         Lines of a target that goes along with the camera, and of one that stands still where the camera moves; such
         walls where depth is unknown; and the periods at which surfaces that are seen beyond them come early.
         """
-        beyond = [{"folded": 1.0, "period": period} for period in periods(excess, expected, rendering)]
+        beyond = folds(excess, expected, rendering)
         found, slowest, fastest = [], self.parameter("speed").low, self.parameter("speed").high
         way_m, clock = moved_m(rendering.light)[:, 2], rendering.clock
         way_s = -2 * way_m / speed_of_light

@@ -33,8 +33,10 @@ def photons(photons: Photons, world: World, values: Values, rng: np.random.Gener
     seen = returned(replace(world, gloss=world.gloss * values["folded"]), rng)
     for far_off in (_wall(world, values, "through"), _wall(world, values, "across"), _thing(world, values)):
         seen = seen.and_also(returned(far_off, rng))
-    smeared_s = values["smear"] * rng.standard_normal(len(seen))
-    seen = replace(seen, time_s=seen.time_s - period_s + smeared_s)
+    frame = int(np.argmin(np.abs(world.times_s - world.time_s)))
+    late = frame % 2 if values["in_turn"] else rng.integers(0, 2, len(seen))
+    since_s = period_s + late * values["stagger"] + values["smear"] * rng.standard_normal(len(seen))
+    seen = replace(seen, time_s=seen.time_s - since_s)
     jitter_s = values["jitter"] * (2 * rng.random(len(far)) - 1) + values["spread"] * rng.standard_normal(len(far))
     return photons.and_also(seen).and_also(replace(far, time_s=far.time_s + jitter_s))
 

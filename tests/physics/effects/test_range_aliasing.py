@@ -162,6 +162,38 @@ def test_what_is_seen_beyond_the_period_comes_one_period_early(deep, small, peri
     assert alone.sum() > 100
 
 
+@pytest.mark.parametrize("in_turn", [0.0, 1.0])
+def test_of_two_periods_each_has_half_of_the_shots_or_every_other_frame(deep, in_turn):
+    _, model = deep
+    both = {"counts": 0, "folded": 0.7, "period": 56e-9, "stagger": 2e-9, "in_turn": in_turn}
+    found = more(model, **both)
+    short, long = (more(model, counts=0, folded=0.7, period=period) for period in (56e-9, 58e-9))
+    wanted = (short + long) / 2
+    if in_turn:
+        wanted[::2], wanted[1::2] = short[::2], long[1::2]
+    np.testing.assert_allclose(found, wanted, atol=1e-9 * wanted.max())
+    assert np.abs(short - long).max() > 0.1 * short.max()
+
+
+def test_frames_that_take_turns_do_so_by_their_place_in_the_session(deep, small):
+    light, _ = deep
+    some = ForwardModel(light.of(np.array([1, 2])), small.footprints, small.clock, 0.0)
+    setting = effect.at(counts=0, folded=0.7, period=56e-9, stagger=2e-9, in_turn=1.0)
+    every = ForwardModel(light, small.footprints, small.clock, 0.0).expected(1e6, [setting])
+    np.testing.assert_allclose(some.expected(1e6, [setting]), every[[1, 2]], rtol=1e-12)
+
+
+def test_two_periods_are_suggested_where_both_explain_something(deep, small):
+    light, model = deep
+    nominal = model.expected(1e6)
+    setting = effect.at(counts=0, folded=1, period=215 * 0.26e-9, stagger=9 * 0.26e-9)
+    excess = model.expected(1e6, [setting]) - nominal
+    starts = effect.starts(excess, nominal, Rendering(light, small.footprints, small.clock, 1e6, background=4.0))
+    found = {(s["period"], s["period"] + s["stagger"]) for s in starts if "stagger" in s and not s["in_turn"]}
+    ((one, other),) = (sorted(pair) for pair in found)
+    assert [one, other] == pytest.approx([215 * 0.26e-9, 224 * 0.26e-9], abs=0.3e-9)
+
+
 def test_nothing_beyond_the_period_changes_nothing(deep):
     _, model = deep
     changed = model.expected(1e6, [effect.at(counts=0, folded=1, period=140e-9)])

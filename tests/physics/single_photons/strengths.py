@@ -215,6 +215,8 @@ STRENGTHS = {
         {"counts": 0, "across": 0.5, "depth": 1.1, "period": 3e-9, "smear": 2e-10, "still": 1.0},
         {"counts": 0, "distant": 2, "depth": 1.1, "period": 3e-9, "wide": 0.3, "hidden": 0.6},
         {"counts": 2e4, "apparent_range": 0.4, "speed": 2, "as_seen": 1.0},
+        {"counts": 0, "folded": 0.8, "period": 3e-9, "stagger": 5e-10},
+        {"counts": 0, "folded": 0.8, "period": 3e-9, "stagger": 7e-10, "in_turn": 1.0},
     ],
     "range_falloff": [
         {"overlap_range": 0.4},
