@@ -66,7 +66,7 @@ def likelier_clock(
 
 
 def _light(part: Simulation, gain: float, settings: tuple[Setting, ...]) -> Arrivals:
-    """What arrives at zones by effects that are there in all frames and look at none but their own."""
+    """What arrives at zones by effects that are there in all frames and look at none but their own; by one pulse."""
     now = part.rendering(gain)
     acting = [s for s in in_order(settings) if not s.since_s and not s.effect.mixes(s.values)]
     for noun in ("light", "footprints", "arrivals"):
@@ -75,7 +75,7 @@ def _light(part: Simulation, gain: float, settings: tuple[Setting, ...]) -> Arri
         for setting in acting:
             if noun in setting.effect.changes:
                 now = replace(now, **{noun: setting.effect.apply(noun, setting.values, now)})
-    return now.arrivals
+    return replace(now.arrivals, pulses=None)
 
 
 class _Cells:

@@ -1,5 +1,6 @@
 """The kernel: pixels to a histogram of arrivals, arrivals to bins."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,20 +22,25 @@ BLOCK_PX = 1 << 17
 class Arrivals:
     """When light arrives at F frames' zones, before the pulse spreads it and bins hold it.
 
-    light: (F, P, lattice.size) light by knot of the lattice, pixels · 1/m² as in the nominal model's sum.
+    light: (F, P, lattice.size) light by knot of the lattice, pixels · 1/m² as in the nominal model's sum. pulses: (P,
+    N + 1) cumulative of each zone's pulse at the edges of the lattice's, None where all have that.
     """
 
     light: np.ndarray
     lattice: Lattice
     bins: int
+    pulses: np.ndarray | None = None
 
     def binned(self) -> np.ndarray:
         """(F, P, T) light registered in each bin: the pulse integrated over it."""
-        frames, zones, _ = self.light.shape
-        shares, first = _shares(self.lattice), 1 - self.lattice.lead
-        out = np.empty((frames, zones, self.bins))
-        in_slices(lambda some: bin_knots(self.light[some], shares, self.lattice.per_bin, first, out[some]), frames)
-        return out
+        per_bin, first = self.lattice.per_bin, 1 - self.lattice.lead
+
+        def bins_of(light: np.ndarray, cumulative: np.ndarray) -> np.ndarray:
+            shares, out = _shares(cumulative, per_bin), np.empty((*light.shape[:2], self.bins))
+            in_slices(lambda some: bin_knots(light[some], shares, per_bin, first, out[some]), len(light))
+            return out
+
+        return self._by_pulse(bins_of)
 
     def until(self, times: np.ndarray) -> np.ndarray:
         """(F, P, N) light registered until each of N times, or of (P, N) where each zone has its own; linear in a step.
@@ -45,10 +51,25 @@ class Arrivals:
         # Light of knot 0 is over `lead` steps after the start of bin 0, and sets in the length of the pulse before.
         over = np.asarray(times, float) * lattice.per_bin + len(lattice.cumulative) - 1 - lattice.lead
         over = np.ascontiguousarray(np.broadcast_to(over, (zones, over.shape[-1])))
-        light, backward = np.ascontiguousarray(self.light), np.ascontiguousarray(lattice.cumulative[::-1])
-        out = np.empty((*light.shape[:2], over.shape[1]))
-        in_slices(lambda some: until_knots(light[some], backward, over, out[some]), len(light))
-        return out
+
+        def registered(light: np.ndarray, cumulative: np.ndarray, over: np.ndarray) -> np.ndarray:
+            light, backward = np.ascontiguousarray(light), np.ascontiguousarray(cumulative[::-1])
+            out = np.empty((*light.shape[:2], over.shape[1]))
+            in_slices(lambda some: until_knots(light[some], backward, over, out[some]), len(light))
+            return out
+
+        return self._by_pulse(registered, over)
+
+    def _by_pulse(self, of: Callable[..., np.ndarray], *by_zone: np.ndarray) -> np.ndarray:
+        """What `of` makes of light (F, P, J) and the cumulative (N + 1,) of a pulse, of all zones or of each its own.
+
+        by_zone: (P, ...) what else it takes.
+        """
+        if self.pulses is None:
+            return of(self.light, self.lattice.cumulative, *by_zone)
+        zones = (slice(i, i + 1) for i in range(len(self.pulses)))
+        each = [of(np.ascontiguousarray(self.light[:, i]), self.pulses[i][0], *(x[i] for x in by_zone)) for i in zones]
+        return np.concatenate(each, axis=1)
 
     def added(self, light: np.ndarray, arrival_s: np.ndarray) -> "Arrivals":
         """With `light` that arrives `arrival_s` after the start of bin 0; both (F, P), or anything that broadcasts."""
@@ -133,8 +154,8 @@ def delayed(light: np.ndarray, steps: np.ndarray) -> np.ndarray:
     return moved
 
 
-def _shares(lattice: Lattice) -> np.ndarray:
+def _shares(cumulative: np.ndarray, per_bin: int) -> np.ndarray:
     """(M,) share of a pulse in a bin, by knot, from the earliest that still reaches it to the latest."""
-    n, steps = lattice.per_bin, len(lattice.cumulative) - 1
-    since = np.arange(steps - 1, -n, -1)  # Steps of the pulse that have passed when the bin begins.
-    return lattice.cumulative[np.clip(since + n, 0, steps)] - lattice.cumulative[np.clip(since, 0, steps)]
+    steps = len(cumulative) - 1
+    since = np.arange(steps - 1, -per_bin, -1)  # Steps of the pulse that have passed when the bin begins.
+    return cumulative[np.clip(since + per_bin, 0, steps)] - cumulative[np.clip(since, 0, steps)]

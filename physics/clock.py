@@ -70,6 +70,12 @@ class Lattice:
     lead: int
     error: float
 
+    @property
+    def edges_s(self) -> np.ndarray:
+        """(N + 1,) edges of the response's steps, seconds after its nominal arrival."""
+        steps = len(self.cumulative) - 1
+        return (self.lead - steps + np.arange(steps + 1)) * self.step_s - self.first_s
+
     @classmethod
     def of(
         cls, pulse: ImpulseResponse, bin_width_s: float, bins: int, earliest_s: float, least_per_bin: int = 1

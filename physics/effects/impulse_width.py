@@ -7,10 +7,15 @@ from scipy.interpolate import PchipInterpolator
 from scipy.signal import fftconvolve
 
 from physics.arrivals import Arrivals
-from physics.clock import Clock
+from physics.clock import Clock, Lattice
 from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.pulse import ImpulseResponse, blurring
 from physics.rendering import Rendering
+
+# Steps reach as far as a pulse that is so many parts of its width wider, that fits keep theirs. In each there is more
+# than what is lost in rounding.
+WHOLES = 4
+NEXT_TO_NOTHING = 1e-13
 
 
 class ImpulseWidth(Effect):
@@ -21,8 +26,9 @@ class ImpulseWidth(Effect):
     Its cumulative, monotone cubic between the edges of the steps, is read at the steps' own spacing: all light is
     kept, and bins that held whole steps still do. Jitter of laser or clock delays each photon by a normal deviate of
     its own, or by anything up to a longest alike (`even`), as where a trigger waits for the next tick: variances add,
-    and a pulse of two flanks loses its corners first. Zones whose clocks jitter by different amounts have their light
-    blurred on the knots of the lattice.
+    and a pulse of two flanks loses its corners first. Zones may have pulses stretched by different factors, on steps
+    that reach as far as the widest; those whose clocks jitter by different amounts have their light blurred on the
+    knots of the lattice.
     """
 
     id = "impulse_width"
@@ -46,6 +52,7 @@ class ImpulseWidth(Effect):
             high=9.0,
             start=0.2,
             vanishes_at=0.0,
+            axis="zone",
             sentence="By what part of its width the pulse is broader, narrower where negative.",
         ),
         Parameter(
@@ -76,15 +83,19 @@ class ImpulseWidth(Effect):
     def clock(self, values: Values, rendering: Rendering) -> Clock:
         """The same clock with the pulse stretched and blurred."""
         pulse = rendering.clock.pulse
-        if values["broader"] != 0:
+        if np.ndim(values["broader"]):
+            pulse = _longer(pulse, np.ceil(WHOLES * (1 + np.max(values["broader"]))) / WHOLES, values["centred"])
+        elif values["broader"] != 0:
             pulse = _stretched(pulse, 1 + values["broader"], values["centred"])
         if np.ndim(values["jitter"]) == 0 and values["jitter"] != 0:
             pulse = pulse.blurred(values["jitter"], values["even"])
         return rendering.clock if pulse is rendering.clock.pulse else replace(rendering.clock, pulse=pulse)
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
-        """Light, blurred where zones differ in how much."""
+        """Pulses of zones that are stretched by factors of their own, light blurred where they differ in how much."""
         here = rendering.arrivals
+        if np.ndim(values["broader"]) and np.any(values["broader"]):
+            here = replace(here, pulses=_each_stretched(here.lattice, 1 + values["broader"], values["centred"]))
         if np.ndim(values["jitter"]) == 0 or not np.any(values["jitter"]):
             return here
         blurred = here.light.copy()
@@ -93,6 +104,29 @@ class ImpulseWidth(Effect):
             # Rounding of a transform makes a little less than nothing of nothing.
             blurred[:, zone] = np.maximum(fftconvolve(here.light[:, zone], kernel[None], mode="same", axes=-1), 0)
         return replace(here, light=blurred)
+
+
+def _longer(pulse: ImpulseResponse, factor: float, centred: float) -> ImpulseResponse:
+    """The same pulse with next to nothing on steps that one `factor` times as wide would take."""
+    if factor <= 1:
+        return pulse
+    wide = _stretched(pulse, factor, centred)
+    before = round((pulse.time_s[0] - wide.time_s[0]) / pulse.step_s)
+    probability = np.full(len(wide.probability), NEXT_TO_NOTHING)
+    probability[before : before + len(pulse.probability)] = pulse.probability
+    return ImpulseResponse(wide.time_s, probability)
+
+
+def _each_stretched(lattice: Lattice, factors: np.ndarray, centred: float) -> np.ndarray:
+    """(P, N + 1) cumulative, at the edges of a lattice's steps, of its pulse so many times (P,) as wide."""
+    edges, cumulative = lattice.edges_s, lattice.cumulative
+    pivot = centred * float((edges[1:] + edges[:-1]) / 2 @ np.diff(cumulative)) / cumulative[-1]
+    with np.errstate(over="ignore"):
+        within = PchipInterpolator(edges, cumulative)
+    at = np.clip(pivot + (edges - pivot) / factors[:, None], edges[0], edges[-1])
+    found = within(at)
+    found[:, 0], found[:, -1] = cumulative[0], cumulative[-1]
+    return found
 
 
 def _stretched(pulse: ImpulseResponse, factor: float, centred: float) -> ImpulseResponse:

@@ -1,11 +1,14 @@
 """A stretched Gaussian is the Gaussian of the stretched width, in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import norm
 
+from physics.arrivals import arrivals
 from physics.clock import Clock
 from physics.effects.impulse_width import effect
 from physics.nominal import ForwardModel
@@ -100,3 +103,25 @@ def test_clocks_of_zones_may_jitter_by_different_amounts(small, even):
     for zone, jitter in enumerate(jitters):
         alone = model.expected(1e3, [effect.at(jitter=jitter, even=even)])
         np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=1e-3 * alone.max())
+
+
+@pytest.mark.parametrize("centred", [1.0, 0.3])
+def test_pulses_of_zones_may_be_stretched_by_different_factors(small, centred):
+    model, factors = ForwardModel(small.light, small.footprints, small.clock), np.array([0.9, 0, -0.3, 0.03])
+    found = model.expected(1e3, [effect.at(broader=factors, centred=centred)])
+    for zone, broader in enumerate(factors):
+        alone = model.expected(1e3, [effect.at(broader=broader, centred=centred)])
+        np.testing.assert_allclose(found[:, zone], alone[:, zone], atol=2e-3 * alone.max())
+    assert found.min() >= 0
+
+
+def test_pulses_of_zones_that_are_the_same_are_one(small):
+    """Binned, and registered until any time: each zone by itself as all together."""
+    lattice = small.clock.lattice
+    here = arrivals(small.light, small.footprints, small.clock)
+    each = replace(here, pulses=np.tile(lattice.cumulative, (4, 1)))
+    np.testing.assert_array_equal(each.binned(), here.binned())
+    times = np.array([3.3, 10.0, 17.9])
+    np.testing.assert_array_equal(each.until(times), here.until(times))
+    edges, pulse = lattice.edges_s, small.clock.pulse
+    np.testing.assert_allclose(lattice.cumulative, pulse.cumulative(edges), atol=1e-3)

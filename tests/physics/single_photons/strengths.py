@@ -132,6 +132,7 @@ STRENGTHS = {
         {"broader": 0.3, "jitter": 1e-10},
         {"jitter": [3e-10, 0, 1e-10, 2e-10]},
         {"jitter": [3e-10, 0, 1e-10, 2e-10], "even": 0.8},
+        {"broader": [0.4, 0, -0.3, 1.2]},
     ],
     "interference": [
         {"counts": [3e4, 1e4, 0, 2e4], "arrival": 5e-9, "drift": 1e-8},
