@@ -38,7 +38,7 @@ def test_forms_that_begin_alike_promise_what_each_would_alone(aliased, monkeypat
     # jittered, deep: with one number of counts, and with one for each zone. And what is seen at the end of the window,
     # a period early: with a period that varies and with one that does not; a wall across the view, with either; and a
     # thing far off.
-    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 21
+    assert len({(s.form.free, s.form.own) for s in found}) == len(found) == 22
     for one in found:
         alone = promise(whole, one.form)
         assert (one.gain, one.dof, one.log_p) == (alone.gain, alone.dof, alone.log_p)
