@@ -64,12 +64,11 @@ def folds(excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> lis
     Of two periods: half of the shots after either, and frames in turn with either first.
     """
     found = []
-    for likely in _periods(excess, expected, rendering):
-        one, other = likely[0], likely[-1]
-        found.append({"folded": 1.0, "period": one})
-        if len(likely) > 1:
+    for one, *more in _periods(excess, expected, rendering):
+        found += [] if more else [{"folded": 1.0, "period": one}]
+        for other in more:
             ways = (one, other, 0.0), (one, other, 1.0), (other, one, 1.0)
-            found[-1:] = [{"folded": 1.0, "period": a, "stagger": b - a, "in_turn": turns} for a, b, turns in ways]
+            found += [{"folded": 1.0, "period": a, "stagger": b - a, "in_turn": turns} for a, b, turns in ways]
     return found
 
 

@@ -1,11 +1,8 @@
 """The depth camera errs with the angle to its axis."""
 
-from dataclasses import replace
-
-import numpy as np
-
+from mismatch.outside.farther import farther
 from physics.effect import Effect, Parameter, Values
-from physics.light import Light, Return
+from physics.light import Light
 from physics.rendering import Rendering
 
 
@@ -29,9 +26,7 @@ class DepthBowl(Effect):
         """The scene at its true ranges."""
         light = rendering.light
         square = (light.rays[..., :2] ** 2).sum(axis=-1)
-        times = np.maximum(1 + values["bowl"] * square + values["scale"], 0.1).astype(np.float32)
-        ways = tuple(Return(way.range_m * times, way.strength / times**2) for way in light.returns)
-        return replace(light, returns=ways)
+        return farther(light, lambda _: 1 + values["bowl"] * square + values["scale"])
 
 
 effect = DepthBowl()

@@ -1,12 +1,13 @@
 """The depth camera's scale changes as time goes by."""
 
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from mismatch.outside.farther import farther
 from physics.arrivals import arrivals
 from physics.effect import Effect, Parameter, Values
-from physics.light import Light, Return
+from physics.light import Light
 from physics.pace import frame_interval_s
 from physics.rendering import Rendering
 
@@ -41,7 +42,7 @@ class DepthBreathing(Effect):
         time_s = np.asarray(light.time_s, float)
         phase = 2 * np.pi * values["rate"] * time_s
         by = values["rising"] * time_s + values["sine"] * np.sin(phase) + values["cosine"] * np.cos(phase)
-        return scaled(light, 1 + by)
+        return farther(light, lambda _: 1 + by[:, None, None])
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """The rate at which a scale that goes to and fro explains most of an excess, to first order."""
@@ -50,8 +51,10 @@ class DepthBreathing(Effect):
         if not step_s > 0:
             return []
         more, less = (
-            arrivals(scaled(rendering.light, one), rendering.footprints, rendering.clock).binned()
-            for one in (np.full(len(time_s), 1 + SLIGHTLY), np.full(len(time_s), 1 - SLIGHTLY))
+            arrivals(
+                farther(rendering.light, partial(np.full_like, fill_value=one)), rendering.footprints, rendering.clock
+            ).binned()
+            for one in (1 + SLIGHTLY, 1 - SLIGHTLY)
         )
         slope = rendering.gain * (more - less) / (2 * SLIGHTLY)
         found, told = ((slope * of / np.maximum(expected, 1)).sum(axis=(1, 2)) for of in (excess, slope))
@@ -61,13 +64,6 @@ class DepthBreathing(Effect):
         gained = np.abs(waves @ (found - told * found.sum() / max(told.sum(), 1e-300)))
         rate = self.parameter("rate")
         return [{"rate": float(np.clip(rates[gained.argmax()], rate.low, rate.high))}]
-
-
-def scaled(light: Light, times: np.ndarray) -> Light:
-    """Light of surfaces that are so many times (F,) as far."""
-    times = np.maximum(times, 0.1).astype(np.float32)[:, None, None]
-    ways = tuple(Return(way.range_m * times, way.strength / times**2) for way in light.returns)
-    return replace(light, returns=ways)
 
 
 effect = DepthBreathing()

@@ -1,9 +1,8 @@
 """The depth camera errs with the square of depth."""
 
-from dataclasses import replace
-
+from mismatch.outside.farther import farther
 from physics.effect import Effect, Parameter, Values
-from physics.light import Light, Return
+from physics.light import Light
 from physics.rendering import Rendering
 
 
@@ -24,11 +23,7 @@ class DepthError(Effect):
 
     def light(self, values: Values, rendering: Rendering) -> Light:
         """The scene at its true ranges."""
-        ways = []
-        for way in rendering.light.returns:
-            times = (1 + values["error"] * way.range_m).clip(0.1)
-            ways.append(Return(way.range_m * times, way.strength / times**2))
-        return replace(rendering.light, returns=tuple(ways))
+        return farther(rendering.light, lambda ranges: 1 + values["error"] * ranges)
 
 
 effect = DepthError()

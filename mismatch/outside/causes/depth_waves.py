@@ -1,11 +1,10 @@
 """The depth camera errs to and fro over its image."""
 
-from dataclasses import replace
-
 import numpy as np
 
+from mismatch.outside.farther import farther
 from physics.effect import Effect, Parameter, Values
-from physics.light import Light, Return
+from physics.light import Light
 from physics.rendering import Rendering
 
 # Waves over the width and over the height of the image that are looked for; fewer are a slope or a bowl.
@@ -37,9 +36,7 @@ class DepthWaves(Effect):
         x, y = np.arange(width) / width, np.arange(height)[:, None] / height
         phase = 2 * np.pi * (values["across"] * x + values["down"] * y)
         wave = values["sine"] * np.sin(phase) + values["cosine"] * np.cos(phase)
-        times = np.maximum(1 + wave, 0.1).astype(np.float32)
-        ways = tuple(Return(way.range_m * times, way.strength / times**2) for way in rendering.light.returns)
-        return replace(rendering.light, returns=ways)
+        return farther(rendering.light, lambda _: 1 + wave)
 
     def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
         """Some directions and lengths of waves."""
