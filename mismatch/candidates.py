@@ -132,7 +132,8 @@ def candidates_of(
     descents = begun(train, before, chosen, prices)
     left = race(descents, prices, least)
     came_to = [descent.deviance + a for descent, a in zip(descents, prices, strict=True)]
-    near = [i for i in _first_of_each(chosen, came_to) if i not in left and chosen[i].other is not None]
+    firsts = [] if train.work.enough else _first_of_each(chosen, came_to)
+    near = [i for i in firsts if i not in left and chosen[i].other is not None]
     others = [chosen[i].other for i in near]
     theirs = [prices[i] for i in near]
     began = begun(train, before, others, theirs)
@@ -142,6 +143,7 @@ def candidates_of(
     if (
         left
         and least == np.inf
+        and not train.work.enough
         and not any(made[i].stands_out(len(chosen)) for i in range(len(chosen)) if i not in left)
     ):
         train.each(lambda i: descents[i].run(), left)

@@ -30,7 +30,7 @@ def candidates_among(
     Where one of them stands out so are the other ways of what comes near. many: how many forms were fitted before.
     """
     found = candidates_of(train, test, before, most_promising(scores, to_be_gained(before)))
-    if any(c.stands_out(many + len(found)) for c in found):
+    if not train.work.enough and any(c.stands_out(many + len(found)) for c in found):
         found += candidates_of(train, test, before, other_ways(before, scores, found), found[0].criterion)
     return sorted(found, key=lambda c: c.criterion)
 

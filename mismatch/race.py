@@ -16,6 +16,8 @@ BEYOND, BEYOND_PART = 120.0, 0.1
 def race(descents: Sequence[Descent], prices: Sequence[float], least: float = np.inf) -> list[int]:
     """Run descents of one simulation to their ends, but for those that cannot come near the best. Which were left.
 
+    Far beyond enough work only the one that leads is.
+
     prices: deviance that each must gain beside the others for its parameters. least: what another came to with its.
     """
     running = list(range(len(descents)))
@@ -25,10 +27,11 @@ def race(descents: Sequence[Descent], prices: Sequence[float], least: float = np
         if not running:
             break
         descents[0].simulation.each(lambda i, steps=steps: descents[i].run(steps), running)
-        best = min(descent.deviance + price for descent, price in zip(descents, prices, strict=True))
-        best = min(best, least)
+        came_to = [descent.deviance + price for descent, price in zip(descents, prices, strict=True)]
+        best = min(*came_to, least)
         near = best + max(BEYOND, BEYOND_PART * (began - best))
+        leads = came_to.index(min(came_to)) if descents[0].simulation.work.far_beyond else None
         running = [i for i in running if not descents[i].over]
-        left += [i for i in running if descents[i].hoped + prices[i] > near]
+        left += [i for i in running if descents[i].hoped + prices[i] > near or leads not in (None, i)]
         running = [i for i in running if i not in left]
     return left

@@ -68,6 +68,8 @@ def rivals(
         return set_in(train, test, fitted) if "since" in form.given else fitted
 
     close = [c for c in _close(rounds, form) if c.form.effect.id not in taken and c.form is not form]
+    if train.work.far_beyond:
+        close = list({c.form.effect.id: c for c in reversed(close)}.values())  # The best of each.
     fits = [as_late(fitted) for fitted in train.each(swapped, close) if fitted is not None]
     # One by one: what a cause leaves uncertain may take longer than all else, and works on all cores by itself.
     found += [_rival(train, test, fitted.forms[-1], fitted) for fitted in fits]

@@ -74,6 +74,8 @@ def onward(train: Simulation, test: Simulation, forms: list[Form], rounds: list[
             # gains on other frames next to nothing of what it should.
             fitted = {c.form.effect.id for c in found}
             significant = [s for s in significant if s.form.effect.id not in fitted]
+            if train.work.enough:
+                break
         won = sum(_leaving(one.chosen) for one in rounds if one.chosen is not None)
         minor = best is not None and bool(now.forms) and best.is_minor(won, len(now.forms))
         if minor or (best is not None and now.forms and best.criterion > now.deviance + cost(train, now)):

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 # Renderings after which nothing more is begun that a verdict can do without. Of 227 recordings of an independent set 14
 # took more, 11 of them of causes that are unknown.
 MOST_RENDERINGS = 6000
+# Part of that by which what was begun before may exceed it; then it is finished where it leads alone.
+EXCESS = 0.25
 # Pixels and cells of what counts as one rendering, half of 96 frames of 106 × 60 pixels and 9 × 128 bins; more count as
 # one, fewer as a part of it, of which so much goes into what has to be done in any case.
 WHOLE, LEAST = 360_000, 0.3
@@ -48,6 +50,11 @@ class Work:
     def enough(self) -> bool:
         """Whether nothing more should be begun."""
         return self.renderings > MOST_RENDERINGS
+
+    @property
+    def far_beyond(self) -> bool:
+        """Whether no more of what was begun should be finished than must be."""
+        return self.renderings > (1 + EXCESS) * MOST_RENDERINGS
 
 
 def _part(numbers: int) -> float:

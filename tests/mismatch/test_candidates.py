@@ -10,6 +10,7 @@ from mismatch.candidates import Candidate, candidates_of, elsewhere
 from mismatch.fit import fit, fit_nominal
 from mismatch.form import forms_of
 from mismatch.score import Score
+from mismatch.work import MOST_RENDERINGS, Work
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48}
@@ -114,6 +115,9 @@ def test_the_best_of_each_effect_is_fitted_as_its_other_way_has_it(drawn):
     (alone,) = candidates_of(simulation, simulation, nominal, [wrong])
     best, second = candidates_of(simulation, simulation, nominal, [replace(wrong, other=right)])
     assert second.criterion == alone.criterion
+    # Not where enough was done.
+    busy = replace(simulation, work=Work(2 * MOST_RENDERINGS))
+    assert len(candidates_of(busy, busy, nominal, [replace(wrong, other=right)])) == 1
     assert best.fit.settings[-1].values["fullest"] == 0
     assert best.criterion < second.criterion - 10
     late = drawn(3, "time_zero_offset", delay=2e-11)

@@ -13,6 +13,7 @@ from mismatch.poisson import deviance
 from mismatch.promising import candidates_among, most_promising, other_ways, to_be_gained
 from mismatch.ranking import ranked
 from mismatch.score import Score
+from mismatch.work import MOST_RENDERINGS, Work
 from physics.effects import find_effect
 
 from .conftest import BINS, ZONES
@@ -147,5 +148,8 @@ def test_a_way_that_promises_less_is_found_beside_another_effect(drawn):
     assert found[0].form.free == ("extinction", "albedo", "overlap", "blind")
     assert first[0].criterion > found[0].criterion + 10
     assert found == sorted(found, key=lambda c: c.criterion)
+    # Where enough was done what is fitted is only what promises most.
+    busy = candidates_among(replace(train, work=Work(2 * MOST_RENDERINGS)), test, nominal, told)
+    assert {c.form for c in busy} == {c.form for c in first}
     # Nothing that was fitted is fitted again.
     assert len({(c.form.free, c.form.own) for c in found}) == len(found)

@@ -7,6 +7,7 @@ from mismatch.descent import MOST_STEPS, Descent
 from mismatch.fit import fit, fit_nominal, reached
 from mismatch.form import forms_of
 from mismatch.race import race
+from mismatch.work import MOST_RENDERINGS
 from physics.effects import find_effect
 
 from .conftest import BINS, ZONES
@@ -55,6 +56,18 @@ def test_what_comes_nowhere_near_another_is_left(drawn):
     assert race([tail], [0.0], best) == []
     assert tail.over
     assert reached(tail).deviance == best
+
+
+def test_far_beyond_enough_work_only_what_leads_is_finished(drawn):
+    """Of two alike, which would come to the same, one is left where it was."""
+    simulation = drawn(2, "impulse_tail", share=0.2, tau=6e-10)
+    near, same = begun(simulation, "impulse_tail", "impulse_tail")
+    best = fit(simulation, near.forms, near.x).deviance
+    simulation.work.renderings = 10 * MOST_RENDERINGS
+    assert race([near, same], [0.0, 1e-6]) == [1]
+    assert near.over
+    assert not same.over
+    assert reached(near).deviance == best
 
 
 def test_hope_is_no_less_than_what_a_fit_comes_to(drawn):

@@ -106,12 +106,13 @@ def test_an_effect_that_all_would_write_alike_leaves_less(name, part):
     assert (_leaving(SimpleNamespace(form=form, observed=1e6)) < 1e4) == (part < 1)
 
 
-@pytest.mark.parametrize(("short", "hidden", "asked", "first"), [
-    (True, 5.0, ["louder", "quieter"], "quieter"),
-    (True, 20.0, ["louder", "quieter"], "louder"),  # Another that fits worse takes no place.
-    (False, 5.0, ["louder"], "louder"),
+@pytest.mark.parametrize(("short", "hidden", "enough", "asked", "first"), [
+    (True, 5.0, False, ["louder", "quieter"], "quieter"),
+    (True, 20.0, False, ["louder", "quieter"], "louder"),  # Another that fits worse takes no place.
+    (False, 5.0, False, ["louder"], "louder"),
+    (True, 5.0, True, ["louder"], "louder"),  # Unless enough was done with the first.
 ])  # fmt: skip
-def test_what_falls_short_on_frames_held_out_hides_nothing_that_promises_less(monkeypatch, short, hidden, asked, first):
+def test_what_falls_short_hides_nothing_that_promises_less(monkeypatch, short, hidden, enough, asked, first):
     fits = {"louder": 10.0, "quieter": hidden}
     scores = [
         SimpleNamespace(form=SimpleNamespace(effect=SimpleNamespace(id=name, exact=False)), log_p=-99.0)
@@ -122,6 +123,7 @@ def test_what_falls_short_on_frames_held_out_hides_nothing_that_promises_less(mo
     def candidates_among(train, test, before, promising, many):
         form = promising[0].form
         tried.append(form.effect.id)
+        train.work.enough = enough
         judged = {"observed": 0.0, "falls_short": short, "stands_out": lambda many: True}
         return [SimpleNamespace(form=form, criterion=fits[form.effect.id], **judged)]
 
@@ -131,5 +133,5 @@ def test_what_falls_short_on_frames_held_out_hides_nothing_that_promises_less(mo
     monkeypatch.setattr(selection, "_likeliest_way", lambda *_: SimpleNamespace(forms=()))
     monkeypatch.setattr(selection, "refreshed", lambda train, found: None)
     monkeypatch.setattr(selection, "others_than", lambda fitted, forms: forms)
-    one, _ = selection.onward(train, None, [], [], now)
+    one = selection.onward(train, None, [], [], now)[0]
     assert (tried, one.chosen.form.effect.id) == (asked, first)

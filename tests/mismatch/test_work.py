@@ -18,6 +18,9 @@ def test_a_rendering_counts_by_its_size(numbers, part):
     assert not work.enough
     work.add(numbers, read=MOST_RENDERINGS * WHOLE // READING)
     assert work.enough
+    assert not work.far_beyond
+    work.add(numbers, read=MOST_RENDERINGS * WHOLE // READING)
+    assert work.far_beyond
 
 
 def test_maps_that_are_drawn_anew_cost_all_their_pixels_once(drawn):
