@@ -72,7 +72,7 @@ def _share(at, given, row):
 
 
 @njit(nogil=True, cache=True)
-def _lit(row):
+def where_lit(row):
     """Where in a row the first light is, and where the last ends; most of a row is dark."""
     begin, end = 0, row.size
     while begin < end and row[begin] == 0:
@@ -80,6 +80,17 @@ def _lit(row):
     while begin < end and row[end - 1] == 0:
         end -= 1
     return begin, end
+
+
+@njit(nogil=True, cache=True)
+def add_later(row, begin, end, by, part, out):
+    """Add this part of what a row has from `begin` to `end` to knots `by` later, as far as there are any."""
+    first, last = max(begin, -by), min(end, out.size - by)
+    if first < last:
+        # As rows of their own, whose indices have no sign to be asked for.
+        given, there = row[first:last], out[first + by : last + by]
+        for j in range(given.size):
+            there[j] += part * given[j]
 
 
 @njit(nogil=True, cache=True)
@@ -92,13 +103,11 @@ def delay_knots(light, steps, out):
             by = min(max(steps[f, p], -size - 1.0), size + 1.0)
             whole = np.int64(np.floor(by))
             later = by - whole
-            begin, end = _lit(light[f, p])
+            begin, end = where_lit(light[f, p])
             row, moved = light[f, p], out[f, p]
             moved[:] = 0.0
-            for j in range(max(begin, -whole), min(end, size - whole)):
-                moved[j + whole] += (1 - later) * row[j]
-            for j in range(max(begin, -whole - 1), min(end, size - whole - 1)):
-                moved[j + whole + 1] += later * row[j]
+            add_later(row, begin, end, whole, 1 - later, moved)
+            add_later(row, begin, end, whole + 1, later, moved)
 
 
 @njit(nogil=True, cache=True)
@@ -127,7 +136,7 @@ def until_knots(light, backward, over, out):
     for f in range(frames):
         for p in range(zones):
             row = light[f, p]
-            begin, end = _lit(row)
+            begin, end = where_lit(row)
             summed = np.zeros(end - begin + 1)
             for j in range(begin, end):
                 summed[j - begin + 1] = summed[j - begin] + row[j]
@@ -157,7 +166,7 @@ def bin_knots(light, shares, per_bin, first, out):
     for f in range(frames):
         for p in range(zones):
             row = light[f, p]
-            begin, end = _lit(row)
+            begin, end = where_lit(row)
             for t in range(0, bins, TOGETHER):
                 at = first + t * per_bin
                 low, high = max(begin, at), min(end, at + pad + shares.size)

@@ -11,6 +11,7 @@ from physics.effect import Effect, LookAlike, Parameter, Values
 from physics.light import Light, Return
 from physics.marks import in_ball, place_parameters
 from physics.panes import likely_pane
+from physics.passed_on import passed_on
 from physics.rendering import Rendering
 from physics.replicas import replicas
 from physics.spreading import spread_by
@@ -133,12 +134,11 @@ class SecondSurface(Effect):
         passed = np.atleast_1d(values["passed"])[:, None]
         if values["covered"]:
             passed = np.minimum(passed + values["covered"] * _within(values, ranges), 1)
-        lost = passed * first.light
-        total = first.light - lost
-        for times, spacing in _others(values):
-            spread = replace(first, light=lost * (times * spread_by(ranges, spacing, values["falloff"])))
-            total = total + spread.delayed(2 * spacing / speed_of_light).light
-        return replace(first, light=total)
+        later = [
+            (passed * (times * spread_by(ranges, spacing, values["falloff"])), 2 * spacing / speed_of_light)
+            for times, spacing in _others(values)
+        ]
+        return passed_on(first, passed, later)
 
     def strained(self, values: Values, rendering: Rendering) -> bool:
         """A sheet where the first surface is is its brightness; one that one zone alone passes is its delay."""

@@ -72,13 +72,19 @@ class StrayLight(Effect):
 
     def arrivals(self, values: Values, rendering: Rendering) -> Arrivals:
         """In each zone, a share of the sum over zones, moved to this zone's time zero or not."""
-        own = rendering.arrivals
+        own, share = rendering.arrivals, np.atleast_1d(values["share"])[:, None]
         zero = np.broadcast_to(rendering.clock.time_zero_s, own.light.shape[:2])
+        as_timed = own.light.sum(axis=1, keepdims=True)
+        if not np.ptp(zero, axis=1).any():
+            return replace(own, light=own.light + share * as_timed)
         total = own.delayed(zero[:, :1] - zero).light.sum(axis=1, keepdims=True)
         everywhere = replace(own, light=np.broadcast_to(total, own.light.shape)).delayed(zero - zero[:, :1])
-        as_timed = own.light.sum(axis=1, keepdims=True)
-        mixed = everywhere.light + values["clocks"] * (as_timed - everywhere.light)
-        return replace(own, light=own.light + np.atleast_1d(values["share"])[:, None] * mixed)
+        mixed = everywhere.light  # Its own, and large: it is changed where it is.
+        if values["clocks"]:
+            mixed += values["clocks"] * (as_timed - mixed)
+        mixed *= share
+        mixed += own.light
+        return replace(own, light=mixed)
 
 
 effect = StrayLight()
