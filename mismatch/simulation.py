@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from mismatch.remembered import Remembered
-from mismatch.work import Work
+from mismatch.work import Work, size_of
 from physics.clock import Clock
 from physics.footprint import Footprints
 from physics.light import Light
@@ -121,12 +121,20 @@ class Simulation:
         """What that takes."""
         looks = any(setting.effect.looks(setting.values) for setting in effects)
         pulse = float(np.ptp(self.clock.pulse.time_s)) / self.clock.bin_width_s
-        self.work.add(self.numbers, self._read_anew(effects), self.counts.size * pulse * looks)
+        size = self._sizes[any(setting.effect.moves_light(setting.values) for setting in (*self.given, *effects))]
+        self.work.add(size, self._read_anew(effects), self.counts.size * pulse * looks)
         for setting in effects:
             if setting.effect.redraws_maps(setting.values):
                 self.work.draw(setting.key, self.footprints.field.pixels)
             if setting.effect.carries(setting.values):
-                self.work.carry(setting.key, self.numbers)
+                self.work.carry(setting.key, size)
+
+    @cached_property
+    def _sizes(self) -> tuple[float, float]:
+        """Of renderings whose light stays where it was added up, and of those that move it on a finer lattice."""
+        rows, clocks = self.counts.shape[0] * self.counts.shape[1], (self.clock, self.clock.finer())
+        still, moved = (size_of(self.light.range_m.size, rows * clock.lattice.size) for clock in clocks)
+        return still, moved
 
     def _read_anew(self, effects: tuple[Setting, ...]) -> int:
         """Pixels of maps that are read for each zone in each frame, where effects move those of zones and frames."""

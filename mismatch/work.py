@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 MOST_RENDERINGS = 6000
 # Part of that by which what was begun before may exceed it; then it is finished where it leads alone.
 EXCESS = 0.25
-# Pixels and cells of what counts as one rendering, half of 96 frames of 106 × 60 pixels and 9 × 128 bins; more count as
-# one, fewer as a part of it, of which so much goes into what has to be done in any case.
-WHOLE, LEAST = 360_000, 0.3
+# What a rendering takes goes by its pixels, which are added up, and by the knots of its zones' lattices, on which light
+# is moved and from which it goes into bins (5 to 14 ms of frames by zones by bins that differ by eight). One of so much
+# counts as one, half of 96 frames of 106 × 60 pixels and 9 × 128 bins; more counts as one, less as a part of it, of
+# which so much goes into what has to be done in any case.
+PIXEL, KNOT, WHOLE, LEAST = 0.4, 0.25, 360_000, 0.3
 # To read a pixel of maps where they have moved takes as long as so many of these, to look for a pulse in a cell as so
 # many for each bin of its length; to carry light along, as so many renderings.
 READING, LOOKING, CARRYING = 10, 0.35, 10.0
@@ -24,21 +26,21 @@ class Work:
     _made: set[tuple] = field(default_factory=set)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def add(self, numbers: int, read: int = 0, looked: float = 0.0) -> None:
-        """One rendering more, of so many pixels and cells. read: pixels of maps that are read for it zone by zone.
+    def add(self, size: float, read: int = 0, looked: float = 0.0) -> None:
+        """One rendering more, of this size. read: pixels of maps that are read for it zone by zone.
 
         looked: cells in which pulses are looked for, times the bins of one.
         """
         with self._lock:
-            self.renderings += _part(numbers) + (READING * read + LOOKING * looked) / WHOLE
+            self.renderings += _part(size) + (READING * read + LOOKING * looked) / WHOLE
 
     def draw(self, key: tuple, pixels: int) -> None:
         """Maps of so many pixels are drawn anew, if they were not under this key before."""
         self._make(key, pixels / WHOLE)
 
-    def carry(self, key: tuple, numbers: int) -> None:
-        """Light of so many pixels and cells is carried along, likewise."""
-        self._make(key, CARRYING * _part(numbers))
+    def carry(self, key: tuple, size: float) -> None:
+        """Light of a rendering of this size is carried along, likewise."""
+        self._make(key, CARRYING * _part(size))
 
     def _make(self, key: tuple, renderings: float) -> None:
         """What is kept once it was made."""
@@ -57,6 +59,11 @@ class Work:
         return self.renderings > (1 + EXCESS) * MOST_RENDERINGS
 
 
-def _part(numbers: int) -> float:
-    """What it takes to render so many pixels and cells, as part of a whole."""
-    return min(max(numbers / WHOLE, LEAST), 1.0)
+def size_of(pixels: int, knots: int) -> float:
+    """What goes by what there is to render."""
+    return PIXEL * pixels + KNOT * knots
+
+
+def _part(size: float) -> float:
+    """What a rendering of this size takes, as part of a whole."""
+    return min(max(size / WHOLE, LEAST), 1.0)

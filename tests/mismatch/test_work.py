@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mismatch.work import CARRYING, LEAST, LOOKING, MOST_RENDERINGS, READING, WHOLE, Work
+from mismatch.work import CARRYING, KNOT, LEAST, LOOKING, MOST_RENDERINGS, PIXEL, READING, WHOLE, Work, size_of
 from physics.effects import find_effect
 
 
@@ -67,3 +67,18 @@ def test_to_look_for_pulses_costs_by_their_length(drawn):
         asked.expected(100.0, (other.at(**values),))
         due = LEAST + looked * LOOKING * simulation.counts.size * bins / WHOLE
         assert asked.work.renderings == pytest.approx(due)
+
+
+def test_what_moves_light_costs_by_the_finer_knots(drawn):
+    """Pixels, and knots of each zone's lattice in each frame: of those that light is moved on, where it is."""
+    simulation, sizes = drawn(3), []
+
+    class Asked(Work):
+        def add(self, size, read=0, looked=0.0):
+            sizes.append(size)
+
+    asked, rows = replace(simulation, work=Asked()), simulation.counts.shape[0] * simulation.counts.shape[1]
+    for effects, clock in (((), asked.clock), ((find_effect("range_walk").at(walk=1e-11),), asked.clock.finer())):
+        asked.expected(100.0, effects)
+        assert sizes[-1] == size_of(asked.light.range_m.size, rows * clock.lattice.size)
+    assert size_of(1, 1) == PIXEL + KNOT
