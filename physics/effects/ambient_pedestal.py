@@ -15,6 +15,8 @@ FEWEST, SEEN = 8, 1e-2
 MAINS_HZ, MAINS_OFF_HZ = (100.0, 120.0), 0.5
 # Levels of a walk, one fewer than others have: what walks has a number of its own.
 WALKED = 5
+# Logarithm of how much brighter or fainter it is at most.
+MOST_JUMP = 5.0
 
 
 class AmbientPedestal(Effect):
@@ -90,7 +92,7 @@ class AmbientPedestal(Effect):
         Parameter("swing_sin", "counts", -1e6, 1e6, 1.0, "By which it swings with the sine, in all zones.", 0.0),
         Parameter("swing_cos", "counts", -1e6, 1e6, 1.0, "By which it swings with the cosine.", 0.0),
         Parameter("frequency", "Hz", 0.0, 1e3, 1.0, "How often it does in a second, or seems to in frames that few."),
-        *walk_parameters("1", 5.0, 0.3, WALKED),
+        *walk_parameters("1", MOST_JUMP, 0.3, WALKED),
     )
 
     def background(self, values: Values, rendering: Rendering) -> np.ndarray:
@@ -110,7 +112,23 @@ class AmbientPedestal(Effect):
         told = (1 / np.maximum(expected, 1)).sum(axis=(1, 2))
         level = (excess / np.maximum(expected, 1)).sum(axis=(1, 2)) / told
         walks = walk_starts({p.name: p for p in self.parameters}, time_s, level, told)
-        return walks + _beat(time_s, level, told)
+        switched = [walk | _switched(walk["jump_at"], time_s, level, told) for walk in walks if "jump" in walk]
+        return [walk for walk in walks if "jump" not in walk] + switched + _beat(time_s, level, told)
+
+
+def _switched(at_s: float, time_s: np.ndarray, level: np.ndarray, told: np.ndarray) -> dict[str, float]:
+    """What a lamp switched at a time has before, and the logarithm of what it has after it over that.
+
+    Of levels (F,), weighted (F,). One that goes out, or was out, is as faint there as a jump can have it: from what is
+    fainter by little no fit comes to that.
+    """
+    before, after = (float(np.average(level[part], weights=told[part])) for part in (time_s < at_s, time_s >= at_s))
+    brighter = max(before, after)
+    if not brighter > 0:
+        return {}
+    faintest = brighter * np.exp(-MOST_JUMP)
+    before, after = max(before, faintest), max(after, faintest)
+    return {"level": before, "jump": float(np.log(after / before))}
 
 
 def _beat(time_s: np.ndarray, level: np.ndarray, told: np.ndarray) -> list[dict[str, float]]:

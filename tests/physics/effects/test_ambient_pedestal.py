@@ -121,3 +121,22 @@ def test_clouds_pass_and_lamps_are_switched(small):
     first, second, *_ = effect.starts(off, model.expected(50.0), rendering)
     assert first["every"] == pytest.approx(every)
     assert second["jump_at"] == pytest.approx(1.03, abs=0.04)
+    # As bright as the mean zone has it, each as much as photons tell.
+    assert second["level"] == pytest.approx(zones.mean(), rel=0.3)
+    assert second["jump"] == pytest.approx(-np.log(3), rel=1e-6)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_lamp_that_goes_out_or_was_out_is_as_faint_as_may_be(small, sign):
+    frames = 12
+    time_s, walls = np.arange(frames) / 10, np.ones((frames, 6, 10))
+    light = direct_light(walls, INTRINSICS, None, walls, time_s=time_s)
+    rendering, even = Rendering(light, small.footprints, small.clock, 50.0), np.full((frames, 4, 40), 5.0)
+    excess = np.where(sign * (time_s - 0.65) > 0, 2.0, 0.0)[:, None, None] * np.ones((4, 40))
+    (start,) = (s for s in effect.starts(excess, even, rendering) if "jump" in s)
+    assert start["jump_at"] == pytest.approx(0.65)
+    assert start["jump"] == sign * effect.parameter("jump").high
+    assert start["level"] * np.exp(max(start["jump"], 0)) == pytest.approx(2.0)
+    # Where it is darker than recorded there is no lamp.
+    (start,) = (s for s in effect.starts(-1 - excess, even, rendering) if "jump" in s)
+    assert "level" not in start
