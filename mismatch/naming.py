@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mismatch.beginnings import TWO_FOR_ONE
-from mismatch.candidates import MINOR, MINOR_AS_EXPECTED
+from mismatch.candidates import A_THIRD, MINOR, MINOR_AS_EXPECTED
 from mismatch.capture import best_capture
 from mismatch.coordinate import error_of, to_value
 from mismatch.fit import Fit, on_others
@@ -68,15 +68,21 @@ def _contest(found: list[Rival]) -> Contest:
 def standing(train: Simulation, test: Simulation, judged: Fit) -> Fit:
     """The fit less every effect without which frames held out fit nearly as well: others have come to say what it said.
 
-    One that came first may have become too little to be a cause of its own. It has not where few of the frames held out
-    show it and the frames that chose miss it by much; but where those held out fit better without.
+    One that came first may have become too little to be a cause of its own, or to be one of three. It has not where few
+    of the frames held out show it and the frames that chose miss it by much; but where those held out fit better
+    without. The least of them goes first.
     """
-    for form in judged.forms if len(judged.forms) > 1 else ():
-        less = without(train, judged, form)
-        missed = on_others(test, less)[1] - on_others(test, judged)[1]
-        if missed < -MINOR_AS_EXPECTED or missed + CHOSEN_BY * (less.deviance - judged.deviance) < MINOR_AS_EXPECTED:
-            return standing(train, test, less)
-    return judged
+    if len(judged.forms) < 2:
+        return judged
+    held, least = on_others(test, judged)[1], A_THIRD if len(judged.forms) > 2 else MINOR_AS_EXPECTED
+    fits = [without(train, judged, form) for form in judged.forms]
+    missed = [on_others(test, less)[1] - held for less in fits]
+    worth = [
+        -np.inf if lost < -MINOR_AS_EXPECTED else lost + CHOSEN_BY * (less.deviance - judged.deviance)
+        for lost, less in zip(missed, fits, strict=True)
+    ]
+    at = int(np.argmin(worth))
+    return standing(train, test, fits[at]) if worth[at] < least else judged
 
 
 def name_effects(

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from mismatch.beginnings import likeliest_selection, unjudged
+from mismatch.between_frames import placed
 from mismatch.blocks import finer, halves
 from mismatch.clock_slopes import loosened
 from mismatch.economy import economical
@@ -127,7 +128,10 @@ def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> S
         if owns_up(anew[-1].before):
             simulation, (train, test), rounds, notes = there[0], again, anew, (*notes, UNCERTAIN)
     judged, contests = contested(train, test, rounds[-1].before, rounds, forms)
-    return Search(simulation, train, test, rounds, judged, contests, notes)
+    timed = placed(simulation, train, judged)
+    anew = dict(zip(judged.forms, timed.forms, strict=True))
+    contests = [replace(contest, form=anew[contest.form]) for contest in contests]
+    return Search(simulation, train, test, rounds, timed, contests, notes)
 
 
 def _uncertain(simulation: Simulation, train: Simulation, found: Fit) -> bool:

@@ -19,6 +19,7 @@ from mismatch.selection import Round, coordinates, select, without
 from physics.effects import find_effect
 
 SIZES = {"zone": 4, "bin": 48, "edge": 47}
+THREE = {"ambient_pedestal": {"level": 3.0}, "time_zero_offset": {"delay": 1.5e-10}, "impulse_tail": {"share": 0.03}}
 
 
 def forms(*names):
@@ -145,6 +146,21 @@ def test_what_frames_held_out_do_not_miss_does_not_stand(parts, pedestal):
     both = fit(train, (*pedestal.forms, tail), np.concatenate([pedestal.x, tail.at_start()]), most_steps=0)
     assert [form.effect.id for form in standing(train, test, both).forms] == ["ambient_pedestal"]
     assert standing(train, test, pedestal) is pedestal
+
+
+def test_one_of_three_is_to_be_worth_more_than_one_of_two(rig, simulated):
+    """A tail that gains less than a hundred stands beside a pedestal alone, and not beside an offset as well."""
+    there = [find_effect(name).at(**at) for name, at in THREE.items()]
+    simulation = simulated(np.random.default_rng(6).poisson(rig.expected(*there)))
+    train, test = simulation.of(np.arange(0, 24, 2)), simulation.of(np.arange(1, 24, 2))
+    three = tuple(forms(name)[0] for name in THREE)
+    fitted = fit(train, three, np.concatenate([fit_nominal(train).x, *(form.at_start() for form in three)]))
+    lost = [on_others(test, without(train, fitted, form))[1] - on_others(test, fitted)[1] for form in three]
+    assert 35 < lost[2] < 80
+    assert min(lost[:2]) > 150
+    assert standing(train, test, fitted).forms == three[:2]
+    two = without(train, fitted, three[0])
+    assert standing(train, test, two) is two
 
 
 def test_what_few_of_the_frames_held_out_show_stands(rig, simulated, pedestal):

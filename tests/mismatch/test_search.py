@@ -88,7 +88,7 @@ def test_a_search_anew_that_was_ended_before_it_began_undoes_nothing(passing, mo
     monkeypatch.setattr(module, "unjudged", lambda _: SimpleNamespace(fit=None))
     monkeypatch.setattr(module, "_shown_by_both", lambda *_: 0.0)
     monkeypatch.setattr(module, "_uncertain", lambda *_: False)
-    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    monkeypatch.setattr(module, "contested", lambda *_: (SimpleNamespace(forms=()), []))
     monkeypatch.setattr(type(passing.work), "enough", property(lambda _: enough))
     assert search(passing, []).rounds is found[kept]
 
@@ -107,7 +107,7 @@ def test_what_few_frames_show_is_sought_with_some_of_them_on_either_side(passing
     monkeypatch.setattr(module, "unjudged", lambda _: SimpleNamespace(fit=None) if one_side[-1] else None)
     monkeypatch.setattr(module, "_shown_by_both", lambda *to: min(np.isin(few, part).sum() for part in to[-1]))
     monkeypatch.setattr(module, "_uncertain", lambda *_: False)
-    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    monkeypatch.setattr(module, "contested", lambda *_: (SimpleNamespace(forms=()), []))
     found = search(passing, [])
     assert one_side == [True, False]
     assert found.notes == (module.ONE_BY_ONE,)
@@ -139,7 +139,7 @@ def test_a_search_of_counts_that_are_trusted_less_goes_on_where_it_may_not_begin
     monkeypatch.setattr(module, "onward", lambda train, test, forms, led, now: going_on if now is owning else None)
     monkeypatch.setattr(module, "_beside", lambda train, test, forms, now: anew if now is owning else None)
     monkeypatch.setattr(module, "owns_up", lambda _: True)
-    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    monkeypatch.setattr(module, "contested", lambda *_: (SimpleNamespace(forms=()), []))
     monkeypatch.setattr(type(passing.work), "enough", property(lambda _: enough))
     found = search(passing, [])
     assert found.rounds is (going_on if enough else anew)
@@ -227,6 +227,6 @@ def test_what_nobody_saw_may_show_in_frames_that_were_held_out(passing, monkeypa
     monkeypatch.setattr(module, "_places", lambda every, _: left(every, None))
     monkeypatch.setattr(module, "owns_up", lambda _: owning)
     monkeypatch.setattr(module, "trusted", lambda simulation, *_: seen.append(simulation))
-    monkeypatch.setattr(module, "contested", lambda *_: (None, []))
+    monkeypatch.setattr(module, "contested", lambda *_: (SimpleNamespace(forms=()), []))
     search(passing, [])
     assert bool(seen) == asked
