@@ -1,6 +1,8 @@
 """What a recording does not say of its sensor is estimated from those of its frames that choose the model."""
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import poisson
 
 from calibrate.impulse import fit_impulse
 from calibrate.impulse.sweep import Sweep
@@ -21,6 +23,8 @@ HARDLY = 0.1
 ENOUGH = 48
 # Zones are asked that see the scene at once in this part of the frames.
 OFTEN = 0.5
+# Cells that tell a pedestal, at the least.
+FEW = 100
 
 
 def estimated_sensor(recording: Recording, maps: ResponseMaps) -> tuple[SensorModel, str]:
@@ -103,3 +107,31 @@ def likeliest_pedestal(simulation: Simulation) -> np.ndarray:
         parts = np.sum(part.counts / expected, axis=(0, 2), where=dark) / np.maximum(cells, 1)
         level = np.where(cells > 0, level * parts, level)
     return level
+
+
+def quiet_pedestal(simulation: Simulation) -> np.ndarray:
+    """(P,) counts per bin that no laser sent, of cells in which hardly any light is expected, most of them dark.
+
+    For where the model is not known to be right: some of these cells hold light that it lacks, as what is passed from
+    zone to zone. So counts are taken as no more than one above their median, and the level is the one of which Poisson
+    counts, so cut off, have that mean.
+    """
+    fitted = fit_nominal(simulation)
+    signal = np.maximum(fitted.expected - simulation.dark, 0)
+    level = np.array(simulation.background, float)
+    for zone in range(len(level)):
+        counts = simulation.counts[:, zone]
+        quiet = counts[signal[:, zone] < HARDLY * np.median(counts)]
+        if quiet.size >= FEW:
+            level[zone] = _cut_off_level(quiet, int(np.median(quiet)) + 1)
+    return level
+
+
+def _cut_off_level(counts: np.ndarray, most: int) -> float:
+    """The mean of which Poisson counts, taken as no more than `most`, have the mean that these have."""
+    below, due = np.arange(most), float(np.minimum(counts, most).mean())
+
+    def beyond(mean: float) -> float:
+        return float((poisson.pmf(below, mean) * below).sum() + most * poisson.sf(most - 1, mean)) - due
+
+    return brentq(beyond, 0.0, 2.0 * most + 10.0)

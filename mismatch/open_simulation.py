@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from mismatch.blocks import halves
 from mismatch.clock_slopes import loosened
-from mismatch.estimated_sensor import estimated_sensor, likeliest_pedestal
+from mismatch.estimated_sensor import estimated_sensor, likeliest_pedestal, quiet_pedestal
 from mismatch.fit import fit_nominal
 from mismatch.likelier_response import likelier_clock
 from mismatch.simulation import Simulation
@@ -27,6 +27,7 @@ from recordings.refusal import Refusal
 # Footprints are smooth: a grid of about so many pixels shows all that histograms can tell.
 ENOUGH_PIXELS = 40_000
 ENOUGH_FRAMES = 512
+OWN_PEDESTAL = "The pedestal is estimated from this recording: lamps are the scene's, not the sensor's."
 
 
 def open_simulation(
@@ -113,6 +114,10 @@ def _simulation_of(
     if estimated and recording.background_counts is None:
         simulation = replace(simulation, background=likeliest_pedestal(simulation))
         sensor = replace(sensor, background_counts=simulation.background)
+    if not estimated and recording.background_counts is None and sensor.is_estimate("background_counts"):
+        simulation = replace(simulation, background=quiet_pedestal(simulation))
+        sensor = replace(sensor, background_counts=simulation.background)
+        notes.append(OWN_PEDESTAL)
     if estimated:
         clock = likelier_clock(simulation)
         if clock is not simulation.clock:

@@ -76,6 +76,10 @@ class SensorModel:
         """P."""
         return self.zone_grid[0] * self.zone_grid[1]
 
+    def is_estimate(self, name: str) -> bool:
+        """Whether this field was estimated from a recording."""
+        return self.sources.get(name, "").startswith("estimated")
+
     @property
     def response(self) -> ImpulseResponse:
         """The impulse response, sampled."""

@@ -9,7 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mismatch.estimated_sensor import _seeing, estimated_sensor
+from mismatch.estimated_sensor import _cut_off_level, _seeing, estimated_sensor, quiet_pedestal
+from mismatch.open_simulation import OWN_PEDESTAL, simulation_of
+from physics.sensor import SensorModel
+from physics.sensor_file import load_sensor, save_sensor
 from recordings.maps import ResponseMaps
 from recordings.refusal import Refusal
 
@@ -101,3 +104,44 @@ def test_what_is_left_is_seen_at_once_or_is_one_zone(lit):
     zones = _seeing(lit)
     assert zones == sorted(set(zones))
     assert len(zones) == 1 or lit[:, zones].all(axis=1).mean() >= 0.5
+
+
+@given(st.floats(0.5, 200), st.integers(0, 99))
+def test_a_level_is_told_by_poisson_counts_that_are_cut_off(level, seed):
+    counts = np.random.default_rng(seed).poisson(level, 4000)
+    most = int(np.median(counts)) + 1
+    # Of counts cut off about their median two thirds of the information are left.
+    assert _cut_off_level(counts, most) == pytest.approx(level, abs=6 * np.sqrt(level / 4000) / 0.6)
+
+
+@pytest.mark.parametrize("lamp", [1.0, 8.0])
+def test_a_pedestal_is_this_recordings_own_though_light_is_there_that_the_model_lacks(rig, simulated, lamp):
+    """A tenth of the light of all zones comes to each, in cells where hardly any is expected."""
+    rng = np.random.default_rng(4)
+    signal = rig.expected() - BACKGROUND[:, None]
+    passed_on = 0.1 * signal.sum(axis=1, keepdims=True)
+    simulation = simulated(rng.poisson(signal + passed_on + lamp * BACKGROUND[:, None]))
+    np.testing.assert_allclose(quiet_pedestal(simulation), lamp * BACKGROUND, rtol=0.2)
+
+
+def test_a_zone_that_is_lit_in_every_bin_keeps_the_pedestal_it_had(rig, simulated):
+    simulation = simulated(np.random.default_rng(5).poisson(rig.expected()))
+    none = replace(simulation, counts=np.zeros(simulation.counts.shape))
+    np.testing.assert_array_equal(quiet_pedestal(none), BACKGROUND)
+
+
+def test_a_sensor_found_elsewhere_brings_no_lamps_along(rig, tmp_path):
+    """Nor where a pedestal was measured: that one holds, as does one that a recording has itself."""
+    path, counts = tmp_path / "sensor.json", np.random.default_rng(6).poisson(rig.expected() + BACKGROUND[:, None])
+    bare = rig.recording(counts, background_counts=None)
+    sensor = replace(SensorModel.of(rig.recording(counts)), sources={"background_counts": "estimated from 9 frames"})
+    save_sensor(sensor, path)
+    simulation, assumed, notes = simulation_of(bare, rig.maps, load_sensor(path))
+    np.testing.assert_allclose(simulation.background, 2 * BACKGROUND, rtol=0.1)
+    np.testing.assert_array_equal(assumed.background_counts, simulation.background)
+    assert OWN_PEDESTAL in notes
+    measured = replace(sensor, sources={})
+    np.testing.assert_array_equal(simulation_of(bare, rig.maps, measured)[0].background, BACKGROUND)
+    held = simulation_of(rig.recording(counts), rig.maps, sensor)
+    np.testing.assert_array_equal(held[0].background, BACKGROUND)
+    assert OWN_PEDESTAL not in held[2]
