@@ -91,7 +91,7 @@ CAPTURES = (
 
 def difference(simulation: Simulation, one: Fit, other: Fit, capture: Capture) -> float:
     """Deviance by which a capture would tell the two apart, a common gain left free."""
-    there = replace(simulation.trusting(None), light=capture.change(simulation.light), whole=None)
+    there = replace(simulation.as_recorded(), light=capture.change(simulation.light), whole=None)
     try:
         a, b = (there.expected(capture.gain * fit.gain, fit.settings) for fit in (one, other))
     except Refusal:

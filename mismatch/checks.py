@@ -37,22 +37,22 @@ class Check:
 
 
 def checks(simulation: Simulation, expected: np.ndarray) -> list[Check]:
-    """All of them, for expected counts (F, P, T)."""
+    """All of them, for expected counts (F, P, T); where a model is far off those alone that need no photon noise."""
     counts, mean, trust = simulation.counts, np.maximum(expected, LEAST), simulation.trust
     sure = np.ones(mean.shape, bool) if trust is None else trust > SURE
     alive = np.ones(mean.shape[1], bool) if simulation.dead is None else ~simulation.dead
     excess, mean_alive = (counts - mean)[:, alive], mean[:, alive]
     summed = [(a.sum(axis=1), a.sum(axis=2), a.reshape(len(a), -1)) for a in (excess, mean_alive)]
     rhythms = [beat(*columns, what) for *columns, what in zip(*summed, ("bin", "zone", "cell"), strict=True)]
-    single = outlier(counts[:, alive], mean_alive, np.flatnonzero(alive))
+    recorded, due = np.rint(simulation.recorded), mean if trust is None else mean / trust
+    found = [wave(excess / np.sqrt(mean_alive)), *rhythms, *remainders(recorded, due), late(excess, mean_alive)]
+    if simulation.tolerance is not None:
+        return found
     return [
-        wave(excess / np.sqrt(mean_alive)),
-        *rhythms,
+        *found,
         dispersion(counts[sure], expected[sure]),
-        *remainders(np.rint(simulation.recorded), mean if trust is None else mean / trust),
-        gap(np.rint(simulation.recorded)[:, alive], (mean if trust is None else mean / trust)[:, alive]),
-        single,
-        late(excess, mean_alive),
+        gap(recorded[:, alive], due[:, alive]),
+        outlier(counts[:, alive], mean_alive, np.flatnonzero(alive)),
     ]
 
 

@@ -14,6 +14,7 @@ from mismatch.places import Place
 from mismatch.poisson import expected_deviance
 from mismatch.selection import MOST_EFFECTS, Round
 from mismatch.simulation import Simulation
+from mismatch.tolerance import still_off
 from mismatch.unseen import marginal_deviance
 from mismatch.verdict import Deviance, Verdict
 from mismatch.visibility import not_visible
@@ -62,6 +63,8 @@ def concluded(
     negligible = (small or remains < little(won, guessed)) and not any(place.foreign for place in left)
     # As many causes as there may be, and still something: none of them need be there.
     negligible &= len(judged.forms) < MOST_EFFECTS
+    if simulation.tolerance is not None:
+        doubted, missing = (still_off(simulation, explained), *doubted), np.inf
     if doubted or (left and not (judged.forms and negligible)):
         kind = "unknown"
     outside: tuple[Place, ...] = ()
@@ -91,12 +94,12 @@ def little(won: float, guessed: float) -> float:
 
 
 def _deviances(part: Simulation, first: Fit, judged: Fit, missing: float) -> Deviance:
-    """Per cell, of some frames, all counts trusted.
+    """Per cell, of some frames, all counts trusted. missing: deviance that is known to be left beside noise.
 
     The floor: as explained, less what parameters' errors cost and what is left. It is no lower than photon noise alone
     would make it on average, where a misfit is large.
     """
-    part = part.trusting(None)
+    part = part.as_recorded()
     nominal, (expected, explained) = on_others(part, first)[1], on_others(part, judged)
     noise = float(expected_deviance(expected)[0].sum())
     floor = max(explained - missing, min(noise, explained))

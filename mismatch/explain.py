@@ -85,7 +85,8 @@ def _explain(simulation: Simulation, notes: tuple[str, ...], began: float) -> Ex
             verdict, judged, explained = again, more, better
             break
     verdict = replace(verdict, seconds=time.monotonic() - began, notes=notes)
-    if simulation is not every:
+    if simulation is not every or every.tolerance is not None:
+        every = every.as_recorded()
         nominal, explained = (fit(every, one.forms, one.x, sigma, most_steps=0) for one in (nominal, explained))
     return Explanation(verdict, every, train.frames, test.frames, nominal, explained, judged, tuple(rounds))
 

@@ -84,7 +84,7 @@ def _if_it_were_true(test: Simulation, less: Fit, more: Fit) -> tuple[float, flo
     each = []
     for _ in range(DRAWS):
         mean = looking.effect.at_random(looking.values, without, rng)
-        drawn = replace(test.trusting(None), counts=rng.poisson(mean).astype(float)).trusting(test.trust)
+        drawn = replace(test.as_recorded(), counts=rng.poisson(mean).astype(float)).trusting(test.trust)
         each.append(on_others(drawn, less)[1] - on_others(drawn, more)[1])
     return float(np.mean(each)), float(np.std(each, ddof=1))
 

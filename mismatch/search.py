@@ -22,6 +22,7 @@ from mismatch.poisson import deviance
 from mismatch.reordered import told_in_order
 from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
+from mismatch.tolerance import is_near, tolerated
 from mismatch.trust import as_given, trusted
 from mismatch.unseen import owns_up
 from mismatch.work import MOST_RENDERINGS, Work
@@ -59,8 +60,17 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     its own, or is left. Then it is estimated anew, beside what explains most, and all is sought once more. One that is
     loose hides no name, but is off all the same, and the model that was found is to have it right. That may take what
     the first search left of all a search may cost, or half of it.
+
+    Where the nominal model is far off counts are trusted less at first (`mismatch/tolerance.py`), and in the end, too,
+    unless what is found turns out to be right to within noise.
     """
     simulation = told_in_order(simulation)
+    tolerant = tolerated(simulation)
+    if tolerant is not simulation:
+        tolerant = replace(economical(tolerant), work=Work())
+        found = search(tolerant, forms)
+        if not is_near(found.train, found.judged):
+            return tolerant, found
     cheap = replace(economical(simulation), work=Work())
     found = search(cheap, forms)
     names = found.judged.forms
@@ -120,7 +130,8 @@ def search(simulation: Simulation, forms: list[Form], singly: bool = False) -> S
         # A search that was ended before it began tells nothing.
         if anew[-1].before.forms or not rounds[-1].before.forms or not simulation.work.enough:
             (train, test), rounds, notes = parts, anew, (ONE_BY_ONE,)
-    there = trusted(simulation, train, test, rounds) if _uncertain(simulation, train, rounds[-1].before) else None
+    uncertain = simulation.tolerance is None and _uncertain(simulation, train, rounds[-1].before)
+    there = trusted(simulation, train, test, rounds) if uncertain else None
     if there is not None:
         again = [there[0].of(part.frames) for part in (train, test)]
         # There may be no more search left in it than to go on from there.

@@ -35,9 +35,10 @@ class Simulation:
     recording they are of, None where they are all. dead: (P,) zones that count nothing and are not judged, None where
     all are alive. trust: (F, P, T) above 0 to 1, None where all counts are trusted: one that scatters φ times as much
     as photons do, and what is expected of it, are taken 1/φ times, so that both are as if they were photons'
-    (Wedderburn 1974, Biometrika 61, 439). guessed: whether its response was estimated from the frames that choose, so
-    that what it is off by is as large as the noise of as many frames. timed: whether time zeros of zones hold all the
-    same, but for what all share. work: what was asked of it and of its parts.
+    (Wedderburn 1974, Biometrika 61, 439). tolerance: (F, P, T) how far they are trusted at most, where the model is off
+    by a part of what is expected. guessed: whether its response was estimated from the frames that choose, so that what
+    it is off by is as large as the noise of as many frames. timed: whether time zeros of zones hold all the same, but
+    for what all share. work: what was asked of it and of its parts.
     """
 
     counts: np.ndarray
@@ -50,6 +51,7 @@ class Simulation:
     whole: "Simulation | None" = None
     dead: np.ndarray | None = None
     trust: np.ndarray | None = None
+    tolerance: np.ndarray | None = None
     guessed: bool = False
     timed: bool = False
     loose: np.ndarray | None = None
@@ -83,11 +85,17 @@ class Simulation:
         return (self.loose if self.trust is None else self.loose * self.trust).reshape(len(self.loose), -1)
 
     def trusting(self, trust: np.ndarray | None) -> "Simulation":
-        """The same with its counts trusted as far as (F, P, T) `trust` says, whatever it was before."""
-        if trust is None and self.trust is None:
+        """The same with its counts trusted as far as (F, P, T) `trust` and its tolerance say, not as before."""
+        if self.tolerance is not None:
+            trust = self.tolerance if trust is None else trust * self.tolerance
+        if trust is self.trust:
             return self
         counts = self.recorded if trust is None else self.recorded * trust
         return replace(self, counts=counts, trust=trust)
+
+    def as_recorded(self) -> "Simulation":
+        """The same with all its counts trusted."""
+        return replace(self, tolerance=None).trusting(None)
 
     def each(self, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
         """What `work` on this simulation gives for each item: at once where little enough is kept for each thread."""
@@ -177,10 +185,12 @@ class Simulation:
         if np.ndim(clock.time_zero_s) == 2:
             clock = replace(clock, time_zero_s=clock.time_zero_s[chosen])
         whole = self if self.whole is None else self.whole
+        tolerance = None if self.tolerance is None else self.tolerance[chosen]
         return replace(
             self,
             counts=self.counts[chosen],
-            trust=None if self.trust is None else self.trust[chosen],
+            trust=tolerance if self.trust is self.tolerance else self.trust[chosen],
+            tolerance=tolerance,
             loose=None if self.loose is None else self.loose[:, chosen],
             light=self.light.of(chosen),
             clock=clock,

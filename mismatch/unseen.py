@@ -76,7 +76,12 @@ def _trust(simulation: Simulation, fitted: Fit, together: bool) -> tuple[np.ndar
 
 
 def unseen_of(simulation: Simulation, fitted: Fit) -> list[Unseen]:
-    """What effects of a fit, and those given beside them, leave uncertain in the frames of a simulation."""
+    """What effects of a fit, and those given beside them, leave uncertain in the frames of a simulation.
+
+    Nothing where a model is off by far more in any case.
+    """
+    if simulation.tolerance is not None:
+        return []
     mine = {setting.effect.id for setting in fitted.settings}
     given = (setting for setting in simulation.given if setting.effect.id not in mine)
     rendering = simulation.rendering(fitted.gain)

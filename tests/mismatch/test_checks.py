@@ -131,7 +131,7 @@ def test_a_cell_that_is_dark_in_most_frames_has_no_rhythm_of_its_own():
     mean = np.full(SHAPE, 0.05)
     mean[::4] = 40.0
     counts = np.random.default_rng(14).poisson(mean).astype(float)
-    simulation = SimpleNamespace(counts=counts, recorded=counts, trust=None, dead=None)
+    simulation = SimpleNamespace(counts=counts, recorded=counts, trust=None, tolerance=None, dead=None)
     assert not any(check.sentence.startswith("one cell") for check in checks(simulation, mean))
 
 
