@@ -22,7 +22,7 @@ from mismatch.poisson import deviance
 from mismatch.reordered import told_in_order
 from mismatch.selection import Round, onward, without
 from mismatch.simulation import Simulation
-from mismatch.tolerance import is_near, tolerated
+from mismatch.tolerance import in_words, is_near, tolerated
 from mismatch.trust import as_given, trusted
 from mismatch.unseen import owns_up
 from mismatch.work import MOST_RENDERINGS, Work
@@ -65,12 +65,12 @@ def searched(simulation: Simulation, forms: list[Form]) -> tuple[Simulation, Sea
     unless what is found turns out to be right to within noise.
     """
     simulation = told_in_order(simulation)
-    tolerant = tolerated(simulation)
-    if tolerant is not simulation:
+    tolerant, error = tolerated(simulation)
+    if error:
         tolerant = replace(economical(tolerant), work=Work())
         found = search(tolerant, forms)
         if not is_near(found.train, found.judged):
-            return tolerant, found
+            return tolerant, replace(found, notes=(*found.notes, in_words(error)))
     cheap = replace(economical(simulation), work=Work())
     found = search(cheap, forms)
     names = found.judged.forms

@@ -20,8 +20,10 @@ NEAR = 3.0
 LEAST_ERROR, MOST_ERROR, TURNS = 1e-3, 1.0, 2
 
 
-def tolerated(simulation: Simulation) -> Simulation:
-    """The simulation with its counts trusted as far as leaves a misfit of ordinary size; as it is where that is so.
+def tolerated(simulation: Simulation) -> tuple[Simulation, float]:
+    """The simulation with its counts trusted as far as leaves a misfit of ordinary size, and to what part of each.
+
+    As it is, and 0, where it is of that size.
 
     Where the nominal model is off by hundreds of standard deviations no model is right to within photon noise. Bright
     cells, which are off by most of these, would then decide alone, and what is a little better there would take any
@@ -31,14 +33,22 @@ def tolerated(simulation: Simulation) -> Simulation:
     """
     fitted = fit_nominal(simulation)
     if fitted.deviance <= FAR * simulation.counts.size:
-        return simulation
+        return simulation, 0.0
     for _ in range(TURNS):
         recorded = simulation.as_recorded()
         mean = recorded.expected(fitted.gain)
-        tolerance = _trust(recorded.counts, mean, error_leaving(LEFT, recorded.counts, mean))
-        simulation = replace(recorded, tolerance=tolerance).trusting(None)
+        error = error_leaving(LEFT, recorded.counts, mean)
+        simulation = replace(recorded, tolerance=_trust(recorded.counts, mean, error)).trusting(None)
         fitted = fit_nominal(simulation)
-    return simulation
+    return simulation, error
+
+
+def in_words(error: float) -> str:
+    """What a tolerance means for the numbers of a verdict."""
+    return (
+        f"The simulation is far off: counts were trusted to {100 * error:.0f} % of what is expected of each, so that"
+        " dim light tells as much as bright light; gains and errors are in these terms."
+    )
 
 
 def error_leaving(left: float, counts: np.ndarray, mean: np.ndarray) -> float:

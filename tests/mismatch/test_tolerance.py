@@ -11,7 +11,7 @@ from mismatch.explain import explain
 from mismatch.fit import expected_at, fit_nominal
 from mismatch.open_simulation import simulation_of
 from mismatch.poisson import deviance
-from mismatch.tolerance import LEFT, error_leaving, is_near, still_off, tolerated
+from mismatch.tolerance import LEFT, error_leaving, in_words, is_near, still_off, tolerated
 from physics.effects import find_effect
 from physics.nominal import ForwardModel
 
@@ -44,15 +44,16 @@ def test_the_error_of_a_model_is_told_from_what_it_is_off_by(off, seed):
 
 def test_a_model_that_is_right_is_tolerated_nothing(drawn):
     simulation = drawn(1)
-    assert tolerated(simulation) is simulation
+    assert tolerated(simulation) == (simulation, 0.0)
     strong = drawn(2, "zone_gain", factor=np.array([0.9, 1.1, 1.0, 1.0]))
-    assert tolerated(strong) is strong
+    assert tolerated(strong) == (strong, 0.0)
 
 
 def test_counts_are_trusted_as_far_as_leaves_a_misfit_of_ordinary_size(bright):
     simulation = bright(0.3)
     before = fit_nominal(simulation)
-    tolerant = tolerated(simulation)
+    tolerant, error = tolerated(simulation)
+    assert in_words(error).split(" to ")[1].startswith(f"{100 * error:.0f} %")
     after = fit_nominal(tolerant)
     assert before.deviance > 10 * LEFT * simulation.counts.size
     assert after.deviance == pytest.approx(LEFT * simulation.counts.size, rel=0.05)
@@ -69,7 +70,7 @@ def test_counts_are_trusted_as_far_as_leaves_a_misfit_of_ordinary_size(bright):
 
 
 def test_what_trust_says_beside_a_tolerance_counts_with_it(bright):
-    tolerant = tolerated(bright(0.3))
+    tolerant, _ = tolerated(bright(0.3))
     half = tolerant.trusting(np.full(tolerant.counts.shape, 0.5))
     np.testing.assert_allclose(half.trust, 0.5 * tolerant.tolerance)
     np.testing.assert_allclose(half.trusting(None).counts, tolerant.counts, rtol=1e-12)
@@ -82,7 +83,7 @@ def test_how_far_off_a_model_is_is_said_in_per_cent(bright):
     assert "nominal model" in (said := still_off(simulation, nominal)).sentence
     assert float(said.sentence.split("off by ")[1].split(" %")[0]) == pytest.approx(20, abs=3)
     right = bright(0.0)
-    assert is_near(tolerated(right), fit_nominal(right))
+    assert is_near(tolerated(right)[0], fit_nominal(right))
 
 
 @pytest.mark.slow
@@ -99,6 +100,7 @@ def test_a_cause_is_named_beside_a_model_that_is_off_everywhere(bright):
     assert share.value == pytest.approx(0.05, rel=0.1)
     assert abs(share.value - 0.05) < 5 * share.sigma
     assert any("off by 1" in place.sentence for place in verdict.unexplained)
+    assert sum("were trusted to" in note for note in verdict.notes) == 1
     # What is shown is in photons all the same.
     assert found.simulation.trust is None
     mean = expected_at(found.simulation, found.explained.forms, found.explained.x)
