@@ -23,6 +23,8 @@ HARDLY = 0.1
 ENOUGH = 48
 # Zones are asked that see the scene at once in this part of the frames.
 OFTEN = 0.5
+# Chance by which counts before the first light speak against a pedestal.
+REFUTED = 1e-3
 # Cells that tell a pedestal, at the least.
 FEW = 100
 
@@ -106,7 +108,17 @@ def likeliest_pedestal(simulation: Simulation) -> np.ndarray:
         expected = np.maximum(signal + level[:, None], LEAST * 1e-3)
         parts = np.sum(part.counts / expected, axis=(0, 2), where=dark) / np.maximum(cells, 1)
         level = np.where(cells > 0, level * parts, level)
-    return level
+    return np.array([_as_before(part.counts[:, zone], dark[:, zone], told) for zone, told in enumerate(level)])
+
+
+def _as_before(counts: np.ndarray, dark: np.ndarray, level: float) -> float:
+    """A zone's pedestal, or what it counts before the first light of each frame where that is clearly less.
+
+    Later, light that comes late may pass for more: nothing does so before. counts, dark: (F, T).
+    """
+    before = np.cumsum(~dark, axis=-1) == 0
+    seen, cells = float(counts[before].sum()), int(before.sum())
+    return seen / cells if cells and poisson.cdf(seen, level * cells) < REFUTED else level
 
 
 def quiet_pedestal(simulation: Simulation) -> np.ndarray:

@@ -124,6 +124,18 @@ def test_a_pedestal_that_nobody_recorded_is_what_dark_bins_hold(rig, level):
     np.testing.assert_array_equal(sensor.background_counts, simulation.background)
 
 
+@pytest.mark.parametrize("level", [0.0, 0.3])
+def test_a_pedestal_is_no_more_than_bins_hold_to_which_no_light_has_come_yet(rig, level):
+    """Light that comes late, as by a tail whose end nobody estimated, is in the last bins alone."""
+    mean = rig.expected() - BACKGROUND[:, None] + level
+    late = np.arange(mean.shape[-1]) >= 42
+    counts = np.random.default_rng(6).poisson(mean + 1.5 * late)
+    recording = rig.recording(counts, irf=None, irf_time_s=None, background_counts=None)
+    simulation = simulation_of(recording, rig.maps)[0]
+    early = 10 * len(halves(FRAMES)[0])
+    np.testing.assert_allclose(simulation.background, level, atol=4 * np.sqrt((level + 0.1) / early))
+
+
 def test_a_background_that_is_recorded_stays_as_recorded_where_the_response_is_estimated(rig, counts):
     """Lamps that were lit between the two are a mismatch, and no part of the estimate."""
     lit = np.random.default_rng(7).poisson(counts + 0.8)
