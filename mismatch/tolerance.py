@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from mismatch.fit import Fit, fit_nominal
 from mismatch.likelier_response import FAR
 from mismatch.places import Place, wherever
-from mismatch.poisson import deviance
+from mismatch.poisson import LEAST, deviance
 from mismatch.simulation import Simulation
 
 # Deviance per cell that the nominal model is to be off by, where it is tolerated: as much as causes show by that can be
@@ -65,9 +65,14 @@ def error_leaving(left: float, counts: np.ndarray, mean: np.ndarray) -> float:
 
 
 def is_near(simulation: Simulation, fitted: Fit) -> bool:
-    """Whether a fit of counts that were trusted less is right for all frames to within noise, or hardly more."""
+    """Whether a fit of counts that were trusted less is right for all frames to within noise, or hardly more.
+
+    Each frame by a gain of its own, as these may fluctuate.
+    """
     every = (simulation if simulation.whole is None else simulation.whole).as_recorded()
     mean = every.expected(fitted.gain, fitted.settings)
+    theirs, due = (counts.sum(axis=(1, 2), keepdims=True) for counts in (every.counts, mean))
+    mean = mean * theirs / np.maximum(due, LEAST)
     return float(deviance(every.counts, mean).mean()) < NEAR
 
 

@@ -84,6 +84,9 @@ def test_how_far_off_a_model_is_is_said_in_per_cent(bright):
     assert float(said.sentence.split("off by ")[1].split(" %")[0]) == pytest.approx(20, abs=3)
     right = bright(0.0)
     assert is_near(tolerated(right)[0], fit_nominal(right))
+    # Gains that fluctuate are no fault of the model's.
+    gains = np.random.default_rng(2).normal(1, 0.05, (24, 1, 1))
+    assert is_near(replace(right, counts=np.rint(right.counts * gains)), fit_nominal(right))
 
 
 @pytest.mark.slow
