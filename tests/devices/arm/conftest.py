@@ -1,8 +1,10 @@
 import os
+from contextlib import contextmanager
 from itertools import count
 
 import pytest
 
+from devices.arm import link
 from devices.emulated.ur.arm import EmulatedController
 from recordings.refusal import Refusal
 
@@ -19,6 +21,26 @@ def started(**settings) -> EmulatedController:
         except Refusal:
             if number > 100:
                 raise
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Nobody here is dead, only slow: a busy machine keeps a process waiting for seconds."""
+    for name, seconds in {"ANSWERS_S": 12.0, "CONNECTS_S": 60.0, "SILENT_S": 6.0}.items():
+        monkeypatch.setattr(link, name, seconds)
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    """A context in which whoever is lost is given up soon."""
+
+    @contextmanager
+    def context():
+        with monkeypatch.context() as patched:
+            patched.setattr(link, "ANSWERS_S", 0.5)
+            yield
+
+    return context
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,6 @@ def setup(controller, **other):
 
 @pytest.fixture
 def arm(controller):
-    # Nobody here is dead, only slow: a busy machine may keep a process waiting for seconds.
     with open_arm(setup(controller), watchdog_s=30.0) as arm:
         yield arm
 
@@ -120,10 +119,10 @@ def test_out_of_reach_is_a_stop(controller, arm):
 
 
 @pytest.mark.parametrize("how", ["hung up", "silent"])
-def test_a_lost_line_is_opened_anew(controller, arm, how):
+def test_a_lost_line_is_opened_anew(controller, arm, how, impatient):
     target = beside(arm, 0, 0.02, 0)
     controller.interrupt(how)
-    with pytest.raises(DeviceLost, match="check its cable"):
+    with impatient(), pytest.raises(DeviceLost, match="check its cable"):
         arm.move(target)
     with pytest.raises(DeviceLost):
         arm.pose  # noqa: B018
@@ -132,9 +131,9 @@ def test_a_lost_line_is_opened_anew(controller, arm, how):
     np.testing.assert_allclose(arm.move(target).pose, target, atol=1e-9)
 
 
-def test_who_comes_back_to_a_stopped_arm_resumes(controller, arm):
+def test_who_comes_back_to_a_stopped_arm_resumes(controller, arm, impatient):
     controller.interrupt("hung up")
-    with pytest.raises(DeviceLost):
+    with impatient(), pytest.raises(DeviceLost):
         arm.move(beside(arm, 0, 0.01, 0))
     controller.protective_stop()
     controller.interrupt("plugged")
