@@ -60,12 +60,12 @@ def _likeliest(train: Simulation, test: Simulation, forms: list[Form], first: Ro
         two = i < len(as_two)
         if two and len(other[-1].before.forms) < 2:
             continue  # What stands in the place of one alone is a matter of contests.
-        there = _evidence(train, test, other)
+        there, own = _evidence(train, test, other), False
         if abs(there - likeliest) < NEAR:
-            other, _ = one_in_another_form(train, test, forms, other)
+            other, own = one_in_another_form(train, test, forms, other)
             there = _evidence(train, test, other)
         if there > likeliest + (TWO_FOR_ONE if two else 0.0):
-            best = exchanged(train, test, forms, other)
+            best = exchanged(train, test, forms, other, own)
             likeliest = _evidence(train, test, best)
             if doubtful and not _doubtful(train, best[-1].before):
                 break

@@ -9,6 +9,7 @@ from mismatch.candidates import Candidate, candidate, candidates_of
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
 from mismatch.gained import SIGNIFICANT
+from mismatch.growing import grown
 from mismatch.promising import candidates_among
 from mismatch.ranking import ranked
 from mismatch.refined import enriched
@@ -22,10 +23,14 @@ PROMISING = 0.5
 ODDS = 10.0
 
 
-def exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]) -> list[Round]:
+def exchanged(
+    train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round], own: bool = False
+) -> list[Round]:
     """Rounds in which each effect but the last, which was chosen beside the others in any case, is the likeliest there.
 
     And none of them is superfluous once another is let be richer. As they were, where that holds.
+
+    own: whether the last was chosen among its own forms alone.
     """
     for _ in range(MOST_EFFECTS):
         found = rounds[-1].before
@@ -33,24 +38,27 @@ def exchanged(train: Simulation, test: Simulation, forms: list[Form], rounds: li
         if less is not found:
             there = {form.effect.id for form in less.forms}
             stay = [one for one in rounds if one.chosen is not None and one.chosen.form.effect.id in there]
-            rounds = onward(train, test, forms, stay, less)
-        rounds, other = _one_exchanged(train, test, forms, rounds)
+            rounds, own = onward(train, test, forms, stay, less), False
+        rounds, other = _one_exchanged(train, test, forms, rounds, own)
+        own = False
         if not other:
-            rounds, other = one_in_another_form(train, test, forms, rounds)
-        if less is found and not other:
+            rounds, own = one_in_another_form(train, test, forms, rounds)
+        if less is found and not (other or own):
             break
     return rounds
 
 
 def _one_exchanged(
-    train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round]
+    train: Simulation, test: Simulation, forms: list[Form], rounds: list[Round], own: bool
 ) -> tuple[list[Round], bool]:
     """Rounds in which one effect, chosen beside all others, has taken the place of one that was chosen before them.
+
+    Or of the last, where that was chosen among its `own` forms alone.
 
     And whether one has. Where none has, what may stand in the place of each was tried beside all others.
     """
     found = rounds[-1].before
-    for form in found.forms[:-1]:
+    for form in found.forms if own and len(found.forms) > 1 else found.forms[:-1]:
         if train.work.enough:
             break
         other = _in_place_of(train, test, forms, found, form)
@@ -136,5 +144,13 @@ def _in_place_of(
         candidates = candidates_of(train, test, less, list(each.values()))
     else:
         candidates = candidates_among(train, test, less, promising)
+        candidates += _growing(train, test, less, candidates)
     likeliest = max(candidates, key=lambda candidate: evidence(train, test, candidate.fit))
     return Round(less, tuple(scores), tried, tuple(candidates), likeliest)
+
+
+def _growing(train: Simulation, test: Simulation, before: Fit, candidates: list[Candidate]) -> list[Candidate]:
+    """The best of each effect as it is where it grows in the course of the session, of those that are likelier so."""
+    firsts = {c.form.effect.id: c for c in reversed(candidates)}.values()
+    fits = [(c, grown(train, test, c.fit)) for c in firsts]
+    return [candidate(train, test, before, replace(c.score, form=f.forms[-1]), f) for c, f in fits if f is not c.fit]

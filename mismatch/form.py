@@ -12,7 +12,7 @@ from mismatch.coordinate import to_coordinate, to_value
 from physics.axes import sizes_along
 from physics.effect import Effect, Parameter
 from physics.effects import all_effects
-from physics.setting import Setting
+from physics.setting import GROWS, Setting
 
 # Of what each has a number of its own wherever it is in a form: of these there are many.
 DRAWN = ("bin", "edge", "zone bin", "zone edge", "patch")
@@ -109,9 +109,11 @@ class Form:
         return replace(self, own=own)
 
     def given_as(self, other: "Form") -> "Form":
-        """The same form with what `other` was given, where it does not vary that itself."""
+        """The same form with what `other` was given and it does not vary itself; growing where that grows."""
         given = tuple(name for name in other.given if name not in self.free)
-        return replace(self, start=self.start | {name: other.start[name] for name in given}, given=given)
+        grows = (GROWS.name,) if GROWS.name in set(other.free) - set(self.free) else ()
+        start = self.start | {name: other.start[name] for name in (*given, *grows)}
+        return replace(self, free=(*self.free, *grows), start=start, given=given)
 
     def beginning(self, values: dict[str, Any]) -> "Form | None":
         """The same form begun elsewhere; None where these parameters, or each zone's own, are not in it.

@@ -68,7 +68,7 @@ def likelier_clock(
 def _light(part: Simulation, gain: float, settings: tuple[Setting, ...]) -> Arrivals:
     """What arrives at zones by effects that are there in all frames and look at none but their own; by one pulse."""
     now = part.rendering(gain)
-    acting = [s for s in in_order(settings) if not s.since_s and not s.effect.mixes(s.values)]
+    acting = [s for s in in_order(settings) if not s.since_s and not s.grows and not s.effect.mixes(s.values)]
     for noun in ("light", "footprints", "arrivals"):
         if noun == "arrivals":
             now = replace(now, arrivals=arrivals(now.light, now.footprints, now.clock))

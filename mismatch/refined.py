@@ -8,6 +8,7 @@ from mismatch.cost import cost, least_cost
 from mismatch.descent import Descent
 from mismatch.fit import Fit, on_others, reached
 from mismatch.form import Form
+from mismatch.growing import grown, steady
 from mismatch.leftover import what_is_left
 from mismatch.onset import set_in
 from mismatch.race import race
@@ -25,9 +26,11 @@ SOON = 2
 def refined(train: Simulation, test: Simulation, chosen: Fit, forms: list[Form]) -> Fit:
     """A fit with its last effect in the richest of its forms that earns its price, and fits frames held out as well.
 
-    One that sets in in the course of the session is enriched from there on. Each gives up what does not earn its price.
+    One that sets in in the course of the session is enriched from there on, one that grows as it grows. Each gives up
+    what does not earn its price.
     """
-    chosen = set_in(train, test, chosen)
+    through_time = (chosen, set_in(train, test, chosen), grown(train, test, chosen))
+    chosen = min(through_time, key=lambda one: one.deviance + cost(train, one))
     for _ in range(MOST_TIMES):
         # Numbers of all bins leave nothing, whatever fewer would do as well.
         if chosen.pattern is None and not what_is_left(train, chosen):
@@ -77,9 +80,10 @@ def plainer(train: Simulation, fitted: Fit, forms: list[Form]) -> Fit:
     """
     now = fitted.deviance + cost(train, fitted)
     for at, form in enumerate(fitted.forms):
-        less = {(o.free, o.own): o for o in forms if o.effect.id == form.effect.id and _within(o, form)}
+        # What the data said of the one, as when it set in, holds for the other.
+        same = [*(o.given_as(form) for o in forms if o.effect.id == form.effect.id), steady(form)]
+        less = {(o.free, o.own): o for o in same if _within(o, form)}
         for other in sorted(less.values(), key=lambda o: len(o.coordinates)):
-            other = other.given_as(form)  # What the data said of the one, as when it set in, holds for the other.
             changed = (*fitted.forms[:at], other, *fitted.forms[at + 1 :])
             begins = [other.coordinates_from(form, fitted.settings[at])]
             before = 1 + sum(len(one.coordinates) for one in fitted.forms[:at])
@@ -132,9 +136,8 @@ def richer(form: Form, forms: list[Form]) -> Iterator[Form]:
             yield form.with_own(own)
     same = (other for other in forms if other.effect.id == form.effect.id)
     # Also those that leave something else free instead: this one may have been chosen for want of that.
-    more = {(o.free, o.own): o for o in same if _adds(o, form)}
-    for other in more.values():
-        yield other.given_as(form)
+    more = {(o.free, o.own): o.given_as(form) for o in same if _adds(o, form)}
+    yield from more.values()
 
 
 def _adds(other: Form, form: Form) -> bool:

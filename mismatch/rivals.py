@@ -8,6 +8,7 @@ from mismatch.candidates import Candidate
 from mismatch.cost import cost, strain
 from mismatch.fit import Fit, fit
 from mismatch.form import Form
+from mismatch.growing import grown
 from mismatch.onset import set_in
 from mismatch.refined import each_richer, enriched
 from mismatch.score import start_of
@@ -110,10 +111,10 @@ def _rival(train: Simulation, test: Simulation, form: Form, fitted: Fit) -> Riva
 
 
 def _richer(train: Simulation, test: Simulation, rival: Rival, forms: list[Form]) -> Rival:
-    """A rival in a richer form of its own, where that is likelier."""
-    fitted = enriched(train, rival.fit, forms)
-    other = _rival(train, test, fitted.forms[-1], fitted)
-    return max(rival, other, key=lambda one: one.evidence)
+    """A rival in a richer form of its own, or growing, where that is likelier."""
+    fits = (enriched(train, rival.fit, forms), grown(train, test, rival.fit))
+    others = [_rival(train, test, fitted.forms[-1], fitted) for fitted in fits if fitted is not rival.fit]
+    return max((rival, *others), key=lambda one: one.evidence)
 
 
 def likelier_forms(train: Simulation, test: Simulation, judged: Fit, forms: list[Form]) -> list[Fit]:

@@ -156,8 +156,8 @@ def suggests(form: Form, parameter: Parameter) -> bool:
 
 
 def numbers_given(form: Form) -> list[float]:
-    """Numbers that the data gave a form and no fit varies; since when, and choices zone by zone, are none."""
-    names = [n for n in form.given if n != "since" and not np.ndim(form.start[n])]
+    """Numbers that the data gave a form and no fit varies; when something is, and choices zone by zone, are none."""
+    names = [n for n in form.given if n not in ("since", "strong_at") and not np.ndim(form.start[n])]
     return [float(form.start[n]) for n in names if suggests(form, form.effect.parameter(n))]
 
 

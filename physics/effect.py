@@ -10,7 +10,7 @@ import numpy as np
 from physics.owning import Look, Unseen
 from physics.parameter import Parameter
 from physics.rendering import NOUNS, Rendering
-from physics.setting import SINCE, Setting
+from physics.setting import OF_EVERY, Setting
 from recordings.refusal import Refusal
 
 Values = Mapping[str, Any]
@@ -34,7 +34,8 @@ class Effect:
     richer: those of the forms that are tried only where another of the effect's was chosen and leaves something.
     untold: those tried only where time zero was estimated. common: those in which zones have no values of their own, as
     fits would take too long. uneven: those in which they have in any case. varied: parameters of which a start tells
-    forms alone that vary them. exact: whether anybody would write it so.
+    forms alone that vary them. exact: whether anybody would write it so. grows: whether it may become more, or less,
+    in the course of a session, and no other name says so.
 
     The methods, any number of them, are `light`, `footprints`, `clock`, `arrivals`, `background` and `expected`: each
     takes the parameters' values and the `Rendering` so far, and returns that field of it, changed. They draw no random
@@ -55,6 +56,7 @@ class Effect:
     uneven: ClassVar[tuple[tuple[str, ...], ...]] = ()
     varied: ClassVar[tuple[str, ...]] = ()
     exact: ClassVar[bool] = False
+    grows: ClassVar[bool] = False
 
     @property
     def changes(self) -> tuple[str, ...]:
@@ -63,8 +65,8 @@ class Effect:
 
     @cached_property
     def _by_name(self) -> dict[str, Parameter]:
-        """Its parameters, and `SINCE`."""
-        return {parameter.name: parameter for parameter in (*self.parameters, SINCE)}
+        """Its parameters, and those of every effect."""
+        return {parameter.name: parameter for parameter in (*self.parameters, *OF_EVERY)}
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of this name."""
@@ -86,7 +88,7 @@ class Effect:
         rest = {
             p.name: p.start if p.vanishes_at is None or p.name in present else p.vanishes_at for p in self.parameters
         }
-        return Setting(self, rest | {SINCE.name: SINCE.start} | named)
+        return Setting(self, rest | {p.name: p.start for p in OF_EVERY} | named)
 
     def vanished(self) -> Setting:
         """The effect where it is not there."""

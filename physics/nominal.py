@@ -16,6 +16,7 @@ import numpy as np
 from physics.arrivals import Arrivals, arrivals
 from physics.clock import Clock
 from physics.footprint import Footprints
+from physics.growing import between
 from physics.kept import same_knots
 from physics.light import Light
 from physics.rendering import NOUNS, Rendering
@@ -52,9 +53,24 @@ class ForwardModel:
     def expected(self, gain: float = 1.0, effects: Iterable[Setting] = ()) -> np.ndarray:
         """(F, P, T) expected counts; raises `Refusal` where an effect makes counts that cannot be.
 
-        Frames that were taken before an effect set in are as they are without it.
+        Frames that were taken before an effect set in are as they are without it. One that grows is as strong in each
+        as it is then.
         """
         settings = in_order(tuple(effects))
+        growing = next((setting for setting in settings if setting.grows), None)
+        if growing is None:
+            return self._from_when_on(gain, settings)
+        others = tuple(setting for setting in settings if setting is not growing)
+        light = self._start.light
+        every = light if light.part_of is None else light.part_of[0]  # In some frames as in all.
+        return between(
+            growing.degree(light.time_s),
+            float(growing.degree(every.time_s).max(initial=0.0)),
+            lambda degree: self.expected(gain, (*others, growing.times(degree)) if degree else others),
+        )
+
+    def _from_when_on(self, gain: float, settings: tuple[Setting, ...]) -> np.ndarray:
+        """(F, P, T) expected counts with effects that are there from some frame on."""
         time_s = np.asarray(self._start.light.time_s)
         found, first = None, float(time_s.min(initial=np.inf))
         for onset in sorted({first, *(s.since_s for s in settings if s.since_s > first)}):

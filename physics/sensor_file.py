@@ -11,7 +11,7 @@ from physics.json_values import a_list, a_number, a_text, a_whole_number, an_obj
 from physics.pulse import ImpulseResponse
 from physics.pulse_shape import PulseShape, Tail
 from physics.sensor import SensorModel
-from physics.setting import SINCE, Setting
+from physics.setting import OF_EVERY, Setting
 from recordings.atomic import written_aside
 from recordings.refusal import Refusal
 from recordings.relations import check_irf
@@ -99,7 +99,7 @@ def _setting_to_json(setting: Setting) -> dict[str, Any]:
         "id": setting.effect.id,
         "parameters": [
             {"name": p.name, "value": np.asarray(setting.values[p.name]).tolist(), "unit": p.unit}
-            for p in (*setting.effect.parameters, *((SINCE,) if setting.since_s else ()))
+            for p in (*setting.effect.parameters, *(p for p in OF_EVERY if setting.values[p.name] != p.start))
         ],
     }
 

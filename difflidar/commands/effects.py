@@ -33,9 +33,11 @@ def command(effect, as_json):
 
 def tell(effect, console) -> None:
     """One effect on a screen."""
+    from physics.setting import OF_EVERY
+
     console.print(f"{effect.id} ({effect.acts_on}): {effect.sentence}\n", highlight=False)
     table = Table("parameter", "unit", "from", "to", "may differ by", "what it is", title="Parameters")
-    for one in effect.parameters:
+    for one in (*effect.parameters, *OF_EVERY):
         table.add_row(one.name, one.unit, f"{one.low:g}", f"{one.high:g}", one.axis or "", one.sentence)
     console.print(table)
     if effect.forms:
@@ -52,6 +54,8 @@ def tell(effect, console) -> None:
 
 def as_dict(effect) -> dict:
     """The same of one effect, for JSON."""
+    from physics.setting import OF_EVERY
+
     return {
         "id": effect.id,
         "acts_on": effect.acts_on,
@@ -67,7 +71,7 @@ def as_dict(effect) -> dict:
                 "may_differ_by": one.axis,
                 "sentence": one.sentence,
             }
-            for one in effect.parameters
+            for one in (*effect.parameters, *OF_EVERY)
         ],
         "forms": [list(form) for form in effect.forms],
         "look_alikes": [{"id": other.id, "separated_by": other.separated_by} for other in effect.look_alikes],

@@ -28,6 +28,7 @@ class Afterpulsing(Effect):
 
     id = "afterpulsing"
     acts_on = "detector"
+    grows = True
     order = 2  # Only what was registered is followed by afterpulses, so pile-up comes before.
     sentence = "Part of the detected photons sets off a second count later, in an exponentially falling echo."
     look_alikes = (

@@ -32,6 +32,7 @@ class FootprintBlur(Effect):
 
     id = "footprint_blur"
     acts_on = "optics"
+    grows = True
     order = 1  # In any order they are the same; after what moves maps, what was read where they are need not be anew.
     sentence = "The maps of all zones are blurred, or sharper than was assumed."
     look_alikes = (

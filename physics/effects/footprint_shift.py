@@ -20,6 +20,7 @@ class FootprintShift(Effect):
 
     id = "footprint_shift"
     acts_on = "optics"
+    grows = True
     sentence = "The maps of all zones are displaced in the image by the same number of pixels."
     look_alikes = (
         LookAlike("parallax", "Step the target in range: a shift stays, parallax goes with 1 / depth."),

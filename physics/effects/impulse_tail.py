@@ -29,6 +29,7 @@ class ImpulseTail(Effect):
 
     id = "impulse_tail"
     acts_on = "time"
+    grows = True
     sentence = (
         "Part of every pulse is registered late, by a few tenths of a nanosecond or more, whatever its brightness."
     )

@@ -33,6 +33,7 @@ class ImpulseWidth(Effect):
 
     id = "impulse_width"
     acts_on = "time"
+    grows = True
     order = -1  # What widens the core comes before what hangs a tail on it.
     sentence = "The pulse is broader or narrower than assumed, on both flanks alike, at all ranges."
     look_alikes = (

@@ -26,6 +26,7 @@ class RangeWalk(Effect):
 
     id = "range_walk"
     acts_on = "time"
+    grows = True
     order = 1  # It goes by all light that arrives.
     sentence = "Light is registered earlier where there is more of it."
     look_alikes = (

@@ -26,6 +26,7 @@ class StrayLight(Effect):
 
     id = "stray_light"
     acts_on = "optics"
+    grows = True
     order = -1  # It is light from the field: crosstalk, which never was there, comes after.
     sentence = "Every zone also receives a small share of the light that all zones together receive."
     look_alikes = (

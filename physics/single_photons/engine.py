@@ -28,7 +28,8 @@ from recordings.stream import Stream
 
 def draw_frame(world: World, effects: tuple[Setting, ...], rng: np.random.Generator) -> np.ndarray:
     """(P, T) int64 counts of one frame. Raises `Refusal` where an effect has no act on single photons."""
-    there = in_order(tuple(effect for effect in effects if effect.since_s <= world.time_s))
+    now = (effect.times(float(effect.degree(world.time_s))) if effect.grows else effect for effect in effects)
+    there = in_order(tuple(effect for effect in now if effect.since_s <= world.time_s))
     acting = [(find_act(setting.effect.id), setting.values) for setting in there]
     for act, values in acting:
         if hasattr(act, "world"):

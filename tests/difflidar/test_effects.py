@@ -6,6 +6,7 @@ import pytest
 
 from difflidar.cli import main
 from physics.effects import all_effects, find_effect
+from physics.setting import OF_EVERY
 
 
 def run(*arguments):
@@ -33,7 +34,7 @@ def test_of_one_its_parameters_and_look_alikes_are_told(name, capsys, monkeypatc
     assert run("effects", name) == 0
     said, effect = squeezed(capsys.readouterr().out), find_effect(name)
     assert squeezed(effect.sentence) in said
-    for parameter in effect.parameters:
+    for parameter in (*effect.parameters, *OF_EVERY):
         assert squeezed(parameter.name) in said
         assert squeezed(parameter.sentence) in said
     for other in effect.look_alikes:

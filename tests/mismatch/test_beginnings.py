@@ -43,7 +43,7 @@ def tried(monkeypatch):
     monkeypatch.setattr(beginnings, "select", lambda *_: selection("tail", candidates))
     monkeypatch.setattr(beginnings, "begun_with", begun_with)
     monkeypatch.setattr(beginnings, "evidence", lambda train, test, fitted: made.likely.get(fitted.name, 0.0))
-    monkeypatch.setattr(beginnings, "exchanged", lambda train, test, forms, rounds: rounds)
+    monkeypatch.setattr(beginnings, "exchanged", lambda train, test, forms, rounds, own=False: rounds)
     monkeypatch.setattr(beginnings, "one_in_another_form", lambda train, test, forms, rounds: (rounds, False))
     monkeypatch.setattr(
         beginnings, "what_is_left", lambda train, fitted: () if fitted.name in made.sound else made.left

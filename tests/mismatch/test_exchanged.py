@@ -60,6 +60,13 @@ def test_one_effect_is_beside_no_other(parts):
     assert exchanged(train, test, FORMS, rounds) is rounds
 
 
+def test_what_was_chosen_among_its_own_forms_is_held_against_others(parts):
+    train, test = parts
+    rounds = [replace(one, chosen=scored(one.chosen)) for one in beginning(train, "zone_gain", "range_walk")]
+    found = exchanged(train, test, FORMS, rounds, own=True)
+    assert {form.effect.id for form in found[-1].before.forms} == {"time_zero_offset", "zone_gain"}
+
+
 def test_what_may_stand_in_the_place_of_the_first_was_tried_beside_the_last(parts, monkeypatch):
     train, test = parts
     monkeypatch.setattr("mismatch.exchanged.ODDS", np.inf)

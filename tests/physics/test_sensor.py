@@ -50,9 +50,10 @@ def test_facts_of_the_datasheet():
 
 def test_a_file_gives_back_the_same_sensor(tmp_path):
     later = find_effect("zone_gain").at(factor=0.9, since=2.5)
-    effects = (find_effect("pile_up").at(share=0.3), find_effect("ambient_pedestal").at(level=np.arange(9.0)), later)
+    fogs = find_effect("footprint_blur").at(variance=9.0, grows=0.2, strong_at=3.0, settling=7.0)
+    effects = (find_effect("pile_up").at(share=0.3), find_effect("ambient_pedestal").at(level=np.arange(9.0)))
     for sensor in (
-        replace(preset("tmf8820-3x3-normal-short"), effects=effects),
+        replace(preset("tmf8820-3x3-normal-short"), effects=(*effects, later, fogs)),
         replace(preset("tmf8820-3x3-normal-short"), pulse=preset("tmf8820-3x3-normal-long").response, laser_hz=None),
     ):
         save_sensor(sensor, tmp_path / "sensor.json")

@@ -8,7 +8,7 @@ from physics.effect import Effect, Parameter
 from physics.effects import all_effects, fault_of, find_effect
 from physics.nominal import ForwardModel
 from physics.sensitivity import difference
-from physics.setting import STAGES, in_order
+from physics.setting import OF_EVERY, STAGES, in_order
 from recordings.refusal import Refusal
 
 GAIN = 2e3
@@ -136,7 +136,8 @@ def test_effects_come_from_other_packages(monkeypatch):
     monkeypatch.setattr(effects, "entry_points", lambda group: [Entry] if group == "difflidar.effects" else [])
     effects.all_effects.cache_clear()
     try:
-        assert effects.find_effect("brighter").at(more=2).values == {"more": 2.0, "since": 0.0}
+        of_every = {parameter.name: 0.0 for parameter in OF_EVERY}
+        assert effects.find_effect("brighter").at(more=2).values == {"more": 2.0} | of_every
         monkeypatch.setattr(Entry, "name", "pile_up")
         effects.all_effects.cache_clear()
         with pytest.raises(Refusal, match="pile_up of elsewhere:effect has the id 'brighter'"):

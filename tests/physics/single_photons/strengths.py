@@ -14,6 +14,7 @@ STRENGTHS = {
         {"probability": [0.4, 0.1, 0, 0.3], "tau": 2e-9, "dead": -1.3e-10},
         {"probability": 0.4, "tau": 1e-9, "dead": 5e-10, "heavy": 2},
         {"probability": 0.3, "tau": 8e-10, "dead": 5e-10, "slower": 0.2, "times": 4, "earlier": 1},
+        {"probability": 0.2, "tau": 2e-9, "grows": 6, "strong_at": 0.1, "settling": 0.2},
     ],
     "ambient_pedestal": [
         {"level": [900, 0, 3000, 50]},
@@ -124,6 +125,7 @@ STRENGTHS = {
         {"share": [0.5, 0, 0.1, 0.3], "tau": 4e-10},
         {"share": [0.5, 0, 0.1, 0.3], "tau": 4e-10, "added": 1},
         {"share": 0.4, "tau": 5e-10, "heavy": 0.6, "added": 0.4},
+        {"share": 0.3, "tau": 5e-10, "grows": -8, "strong_at": 0.1},
     ],
     "impulse_width": [
         {"broader": 0.5},
