@@ -161,17 +161,21 @@ class SecondSurface(Effect):
 
         found, (direct, *_) = [], rendering.light.returns
         facing = float(np.average(np.nan_to_num(rendering.light.cosine), weights=direct.strength + 1e-12))
-        for falloff in FALLOFFS:
-            for two in replicas(excess, expected, rendering, falloff):
-                found.append(start("passed", two.spacing_m, falloff=falloff))
-                found.append(start("parallel", two.spacing_m * facing, falloff=falloff))
-                if two.third is not None:
-                    third = dict(zip(("beyond", "again"), two.third, strict=True))
-                    third = {name: min(value, self.parameter(name).high) for name, value in third.items()}
-                    found.append(start("passed", two.spacing_m, falloff=falloff, **third))
-                if two.evidence_there > PARTLY * two.evidence:
-                    ends = {"nearest": max(two.nearest_m, 0.05), "farthest": max(two.farthest_m, 0.1)}
-                    found.append(start("covered", two.spacing_m, falloff=falloff, **ends))
+        told = [(falloff, two) for falloff in FALLOFFS for two in replicas(excess, expected, rendering, falloff)]
+        # What stray counts far before the pulse promise by one way to go with range may hide all that is there.
+        metres = rendering.clock.bin_width_s * speed_of_light / 2
+        for spacing_m in {round(two.spacing_m / metres): two.spacing_m for _, two in told}.values():
+            for falloff in FALLOFFS:
+                found.append(start("passed", spacing_m, falloff=falloff))
+                found.append(start("parallel", spacing_m * facing, falloff=falloff))
+        for falloff, two in told:
+            if two.third is not None:
+                third = dict(zip(("beyond", "again"), two.third, strict=True))
+                third = {name: min(value, self.parameter(name).high) for name, value in third.items()}
+                found.append(start("passed", two.spacing_m, falloff=falloff, **third))
+            if two.evidence_there > PARTLY * two.evidence:
+                ends = {"nearest": max(two.nearest_m, 0.05), "farthest": max(two.farthest_m, 0.1)}
+                found.append(start("covered", two.spacing_m, falloff=falloff, **ends))
         alone = surface_replicas(excess, expected, rendering)
         found += [start("one", there.spacing_m, **there.surface) for there in alone]
         pane = likely_pane(excess, expected, rendering, list(dict.fromkeys(one["spacing"] for one in found))[:PANES])

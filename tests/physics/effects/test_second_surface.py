@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from physics.effects import second_surface as module
 from physics.effects.second_surface import effect
 from physics.footprint import footprints
 from physics.light import Return, direct_light
 from physics.nominal import ForwardModel
 from physics.pulse import ImpulseResponse
 from physics.rendering import Rendering
+from physics.replicas import Replica
 
 
 @pytest.mark.parametrize("coarse", [False, True])
@@ -162,6 +164,18 @@ def test_it_suggests_the_spacing_and_what_is_covered(small):
     assert {start["falloff"] for start in starts if "passed" in start} == {0.0, 2.0}
     for start in starts:
         effect.at(**start)
+
+
+def test_a_spacing_that_one_way_to_go_with_range_hides_is_begun_by_either(small, monkeypatch):
+    """A sheet far in front would be so bright that a few stray counts there promise more than all that is behind."""
+    told = {2.0: Replica(-1.4, 900.0, 0.3, 1.2, 900.0), 0.0: Replica(0.14, 100.0, 0.3, 1.2, 100.0)}
+    monkeypatch.setattr(module, "replicas", lambda excess, expected, rendering, falloff: [told[falloff]])
+    nominal = ForwardModel(small.light, small.footprints, small.clock, 2.0).expected(1e3)
+    starts = effect.starts(
+        0 * nominal, nominal, Rendering(small.light, small.footprints, small.clock, 1e3, background=2.0)
+    )
+    begun = {(one["spacing"], one["falloff"]) for one in starts if "passed" in one}
+    assert begun == {(-1.4, 2.0), (-1.4, 0.0), (0.14, 2.0), (0.14, 0.0)}
 
 
 BINS_OF_4_CM = SimpleNamespace(clock=SimpleNamespace(bin_width_s=0.267e-9))
