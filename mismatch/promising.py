@@ -4,6 +4,7 @@ import numpy as np
 
 from mismatch.candidates import Candidate, candidates_of
 from mismatch.fit import Fit
+from mismatch.form import Form
 from mismatch.poisson import expected_deviance
 from mismatch.race import BEYOND, BEYOND_PART
 from mismatch.score import Score
@@ -60,11 +61,16 @@ def most_promising(scores: list[Score], most: float = np.inf) -> list[Score]:
         same = [form for form in alike if form.strengths == s.form.strengths]
         plain = same and not s.form.own and all(form.own for form in same)
         another = not same and len(alike) < MOST_WAYS
-        fewest = min((len(form.coordinates) for form in same), default=0)
-        plain = plain or (len(s.form.coordinates) <= FEWER * fewest and s.beyond_noise > CLOSE * best)
+        plain = plain or (s.beyond_noise > CLOSE * best and bool(same) and _has_fewer(s.form, same))
         if len(alike) < 2 or plain or another:
             chosen.append(s)
     return chosen
+
+
+def _has_fewer(form: Form, others: list[Form]) -> bool:
+    """Whether it has far fewer numbers than any of others, or far fewer parameters: each zone may have its own."""
+    counts = (lambda one: len(one.coordinates)), (lambda one: len(one.free))
+    return any(count(form) <= FEWER * min(map(count, others)) for count in counts)
 
 
 def other_ways(before: Fit, scores: list[Score], found: list[Candidate]) -> list[Score]:

@@ -84,7 +84,7 @@ def rivals(
     # It was tried in richer forms where it left something; what beats it was tried in any case.
     x = np.concatenate([now.x[:1], *(coordinates(now, other) for other in (*others, form))])
     same = _rival(train, test, form, fit(train, (*others, form), x, now.frame_gain_sigma))
-    return _best_of_each([*ranked, _richer(train, test, same, forms)])
+    return _best_of_each([*ranked, *(_richer(train, test, one, forms) for one in begun_from(same, found))])
 
 
 def _best_of_each(found: list[Rival]) -> list[Rival]:
@@ -98,11 +98,16 @@ def _best_of_each(found: list[Rival]) -> list[Rival]:
 def begun_from(rival: Rival, found: list[Rival]) -> list[Rival]:
     """Forms of a rival's effect that richer ones begin from: its own, and the plainest that comes near.
 
-    What a richer one has, as a turn, leads away from others, as a move by pixels.
+    What a richer one has, as a turn, leads away from others, as a move by pixels. And the best in each other way of
+    being there that comes near: what makes one richer another has not.
     """
     alike = [one for one in found if one.form.effect is rival.form.effect and one.evidence > rival.evidence - CLOSE]
     plainest = min(alike, key=lambda one: len(one.form.coordinates))
-    return [rival] if len(plainest.form.coordinates) == len(rival.form.coordinates) else [rival, plainest]
+    begun = [rival] if len(plainest.form.coordinates) == len(rival.form.coordinates) else [rival, plainest]
+    for one in sorted(alike, key=lambda one: -one.evidence):
+        if all(one.form.strengths != other.form.strengths for other in begun):
+            begun.append(one)
+    return begun
 
 
 def _rival(train: Simulation, test: Simulation, form: Form, fitted: Fit) -> Rival:

@@ -66,13 +66,14 @@ class RangeAliasing(Effect):
         ("folded", "period", "stagger"),
         BOARD,
         (*BOARD, "tilt_x", "tilt_y"),
+        (*BOARD, "smear"),
         ("through", "depth", "smear"),
         ("through", "depth", "smear", "tilt_x", "tilt_y"),
         ("through", "depth", "smear", "speed", "tilt_x", "tilt_y"),
         ("across", "depth", "period"),
         ("across", "depth", "period", "smear"),
     )
-    richer = ((*BOARD, "tilt_x", "tilt_y"), ("counts", "apparent_range", *TOWARD))
+    richer = ((*BOARD, "tilt_x", "tilt_y"), (*BOARD, "smear"), ("counts", "apparent_range", *TOWARD))
     varied = (*LEVELS, *BETWEEN, "jitter", "spread", "stagger")  # What goes straight is not on a curved way as well.
     parameters = (
         Parameter("counts", "counts", 0.0, 1e7, 100.0, "Counts per frame of the far target's pulse.", 0.0, axis="zone"),

@@ -44,7 +44,8 @@ def scores(*promised):
         # By zone, as the name says.
         own = ("passed",) if name == "by zone" else ()
         alike = {"own": own, "strengths": ("passed",)}
-        form = SimpleNamespace(effect=effect, **alike, looks=looks, coordinates=range(*(numbers or [2])))
+        many = range(*(numbers or [2]))
+        form = SimpleNamespace(effect=effect, **alike, looks=looks, coordinates=many, free=many)
         made.append(Score(form, np.ones(1), gain, 0, 0.0, 0.0))
     return made
 
@@ -79,6 +80,16 @@ def test_what_has_far_fewer_numbers_is_tried_beside_two_that_promise_more():
         ("ways", False, 86.0, 3), ("ways", False, 50.0, 2),
     )  # fmt: skip
     assert [one.gain for one in most_promising(found)] == [90.0, 89.0, 87.0]
+
+
+def test_what_goes_straight_is_tried_beside_what_is_curved_where_zones_have_their_own():
+    """A number for each of 12 zones and one way for all: curved, it has not twice as many numbers."""
+    found = scores(("ways", False, 90.0, 20), ("ways", False, 89.0, 20), ("ways", False, 88.0, 13))
+    for one, parameters in zip(found, (8, 8, 2), strict=True):
+        one.form.free = range(parameters)
+    assert [one.gain for one in most_promising(found)] == [90.0, 89.0, 88.0]
+    found[2].form.free = range(5)
+    assert [one.gain for one in most_promising(found)] == [90.0, 89.0]
 
 
 def test_one_value_for_all_zones_is_tried_beside_a_value_for_each():

@@ -36,8 +36,9 @@ def test_what_is_right_has_hardly_a_likelier_form(drawn):
 
 
 def test_a_rival_begins_from_the_plainest_of_its_effect_that_comes_near_too():
-    def rival(effect, numbers, evidence):
-        return SimpleNamespace(form=SimpleNamespace(effect=effect, coordinates=range(numbers)), evidence=evidence)
+    def rival(effect, numbers, evidence, way="x"):
+        form = SimpleNamespace(effect=effect, coordinates=range(numbers), strengths=(way,))
+        return SimpleNamespace(form=form, evidence=evidence)
 
     shift, blur = object(), object()
     turned, moved, half = rival(shift, 3, 0.0), rival(shift, 2, 1 - CLOSE), rival(shift, 1, -1 - CLOSE)
@@ -45,3 +46,6 @@ def test_a_rival_begins_from_the_plainest_of_its_effect_that_comes_near_too():
     assert begun_from(turned, found) == [turned, moved]
     assert begun_from(moved, [moved, half]) == [moved, half]
     assert begun_from(half, [half]) == [half]
+    # And from the best in each other way of being there that does.
+    others = [rival(shift, 5, value, "slip") for value in (-9.0, -8.0, -1 - CLOSE)]
+    assert begun_from(turned, [*found, *others]) == [turned, moved, others[1]]
