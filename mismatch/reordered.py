@@ -14,6 +14,9 @@ from physics.effects import find_effect
 
 # Part of the deviance of the frames that choose that another order may leave, to be believed so far.
 HALF = 0.5
+# Bins by which the response is smoothed before it is told anew: what zones in the wrong order wrote into it within a
+# bin would stay for hundreds of steps.
+SMOOTH_BINS = 0.5
 
 
 def told_in_order(simulation: Simulation) -> Simulation:
@@ -36,5 +39,7 @@ def told_in_order(simulation: Simulation) -> Simulation:
     here, there = (float(deviance(part.counts, part.expected(nominal.gain, s)).sum()) for s in ((), (setting,)))
     if there > HALF * here:
         return simulation
-    anew = replace(simulation, clock=likelier_clock(simulation, nominal.gain, (setting,)))
+    clock = replace(simulation.clock, pulse=simulation.clock.pulse.blurred(SMOOTH_BINS * simulation.clock.bin_width_s))
+    anew = replace(simulation, clock=clock)
+    anew = replace(anew, clock=likelier_clock(anew, nominal.gain, (setting,)))
     return anew if simulation.loose is None else loosened(anew)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mismatch import reordered
 from mismatch.clock_slopes import loosened
 from mismatch.open_simulation import simulation_of
 from mismatch.poisson import deviance
@@ -33,6 +34,21 @@ def test_a_response_is_told_from_zones_where_they_are(guessed, rig, order):
     cells = simulation.counts.size
     assert before > 1.2 * cells
     assert after < 1.1 * cells
+
+
+def test_it_is_told_anew_from_one_that_is_smooth(guessed, monkeypatch):
+    """What zones in the wrong order wrote into it within a bin would stay for hundreds of steps."""
+    simulation, _ = guessed(rows=1.0)
+    begun = []
+    monkeypatch.setattr(reordered, "likelier_clock", lambda anew, *_: begun.append(anew) or anew.clock)
+    told_in_order(simulation)
+    before, after = (_variance(one.clock.pulse) for one in (simulation, begun[0]))
+    assert after - before == pytest.approx((reordered.SMOOTH_BINS * simulation.clock.bin_width_s) ** 2, rel=0.05)
+
+
+def _variance(pulse):
+    mean = np.average(pulse.time_s, weights=pulse.probability)
+    return np.average((pulse.time_s - mean) ** 2, weights=pulse.probability)
 
 
 def test_what_is_in_order_or_was_recorded_or_said_stays_as_it_is(guessed, drawn):
