@@ -78,19 +78,21 @@ def rivals(
     if not train.work.enough:
         beaten = [_richer(train, test, one, forms) for rival in beaten for one in begun_from(rival, found)]
     # Another form of the one that was chosen may be the likelier, and is no look-alike of it.
-    ranked = _best_of_each([found[0], *beaten])
+    ranked = _best_of_each([*found, *beaten])
     if ranked[0].form.effect is form.effect or train.work.enough:
         return ranked
     # It was tried in richer forms where it left something; what beats it was tried in any case.
     x = np.concatenate([now.x[:1], *(coordinates(now, other) for other in (*others, form))])
     same = _rival(train, test, form, fit(train, (*others, form), x, now.frame_gain_sigma))
-    return _best_of_each([*ranked, *(_richer(train, test, one, forms) for one in begun_from(same, found))])
+    alike = [_richer(train, test, one, forms) for one in begun_from(same, found)]
+    return _best_of_each([*found, *beaten, *alike])
 
 
 def _best_of_each(found: list[Rival]) -> list[Rival]:
-    """The likeliest of each effect, the likeliest first."""
+    """The most probable of each effect, that with the most evidence first."""
     best: dict[str, Rival] = {}
-    for rival in sorted(found, key=lambda rival: -rival.evidence):
+    first = max(found, key=lambda rival: rival.evidence)
+    for rival in (first, *sorted(found, key=lambda rival: -_log_odds(rival, first))):
         best.setdefault(rival.form.effect.id, rival)
     return list(best.values())
 
@@ -157,9 +159,12 @@ def probabilities(found: list[Rival]) -> np.ndarray:
 
     All equally likely beforehand, but names that are more stretched than the first.
     """
-    first = found[0]
-    most = [first.evidence - STRETCHED if one.strain > first.strain else np.inf for one in found]
-    unstretched = [one.evidence + max(one.strain - first.strain, 0) for one in found]
-    logs = np.maximum([one.evidence for one in found], np.minimum(unstretched, most)) / 2
+    logs = np.array([_log_odds(one, found[0]) for one in found]) / 2
     chance = np.exp(logs - logs.max())
     return chance / chance.sum()
+
+
+def _log_odds(one: Rival, first: Rival) -> float:
+    """Twice the logarithm of the odds of a rival, up to a constant: what is more stretched than the first has some."""
+    more = one.strain - first.strain
+    return max(one.evidence, min(one.evidence + more, first.evidence - STRETCHED)) if more > 0 else one.evidence

@@ -78,7 +78,15 @@ class Afterpulsing(Effect):
             tries=(5e-10, 3e-9),
             sentence="How long after an event's bin none is released or counted; some are within it where negative.",
         ),
-        Parameter("ambient", "1", 0.0, 1.0, 1.0, "Part of the background whose afterpulses are not in it yet."),
+        Parameter(
+            "ambient",
+            "1",
+            0.0,
+            1.0,
+            1.0,
+            "Part of the background without its afterpulses in it.",
+            tries=(0.0, 1.0),
+        ),
         Parameter(
             "earlier",
             unit="1",
@@ -102,6 +110,13 @@ class Afterpulsing(Effect):
         """An echo at once that is over in a nanosecond is a tail of the pulse."""
         quick = values["tau"] < SOONEST_S and values["dead"] < rendering.clock.bin_width_s
         return quick and bool(np.any(values["probability"]))
+
+    def starts(self, excess: np.ndarray, expected: np.ndarray, rendering: Rendering) -> list[dict[str, float]]:
+        """Of light alone, where there is background: that may have been recorded with its afterpulses in it."""
+        if not np.any(rendering.background):
+            return []
+        probability, tau = self.parameter("probability"), self.parameter("tau")
+        return [{"probability": probability.start, "tau": tau_s, "ambient": 0.0} for tau_s in tau.tries]
 
     def expected(self, values: Values, rendering: Rendering) -> np.ndarray:
         """Counts and their echoes, of one kind of trap or two."""

@@ -120,6 +120,10 @@ def test_an_effect_is_no_look_alike_of_itself(pedestal):
         Rival(two, pedestal, -10.0),
     ]
     assert _best_of_each(found) == [found[2], found[1]]
+    # One whose charge alone keeps it back is more probable than one that fits worse.
+    charged = Rival(two, pedestal, -30.0, strain=25.0)
+    assert _best_of_each([found[2], Rival(two, pedestal, -14.0), charged]) == [found[2], charged]
+    assert _best_of_each([found[2], found[1], charged]) == [found[2], found[1]]
 
 
 def test_a_stretched_name_that_fits_as_well_is_said_to_be_possible(pedestal):

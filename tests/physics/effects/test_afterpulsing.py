@@ -69,6 +69,14 @@ def test_background_that_has_its_afterpulses_is_given_none(small):
     np.testing.assert_allclose(found, dark.expected(1e3, [effect.at()]) + 7.0)
 
 
+def test_it_may_begin_with_light_alone_where_there_is_background():
+    lit, dark = (SimpleNamespace(background=np.full((4, 1), level)) for level in (3.0, 0.0))
+    begun = effect.starts(None, None, lit)
+    assert {one["ambient"] for one in begun} == {0.0}
+    assert [one["tau"] for one in begun] == list(effect.parameter("tau").tries)
+    assert effect.starts(None, None, dark) == []
+
+
 def test_background_of_before_the_window_is_followed_by_as_much_as_falls():
     """Constant light, whose events are followed by as many afterpulses a bin as by any, from whenever they are."""
     clock = SimpleNamespace(bin_width_s=WIDTH)
