@@ -17,9 +17,9 @@ STAGES = ("scene", "optics", "time", "detector", "estimator")
 # A parameter of every effect: a mount is knocked, a mode is changed, and from then on it is so.
 SINCE = Parameter("since", "s", 0.0, 1e9, 0.0, "When it sets in, after the session began; 0 where it was always there.")
 # Of every effect, too: a laser warms up, a mount creeps, a window fogs, and it becomes more, or less, by and by.
-GROWS = Parameter("grows", "1/s", -1e3, 1e3, 0.0, "By what part of what is said it grows in a second.", tries=(0.1,))
-STRONG_AT = Parameter("strong_at", "s", 0.0, 1e9, 0.0, "When it is as strong as is said, after the session began.")
-SETTLES = Parameter("settling", "s", 0.0, 1e9, 0.0, "Time constant with which it stops to grow; 0 where it goes on.")
+GROWS = Parameter("grows", "1/s", -1e3, 1e3, 0.0, "Part of its strength by which it grows in a second.", tries=(0.1,))
+STRONG_AT = Parameter("strong_at", "s", 0.0, 1e9, 0.0, "When, after the session began, it is as strong as is said.")
+SETTLES = Parameter("settling", "s", 0.0, 1e9, 0.0, "Time constant with which it stops growing; 0 where it goes on.")
 OF_EVERY = (SINCE, GROWS, STRONG_AT, SETTLES)
 
 
