@@ -26,9 +26,9 @@ A_THIRD = 100.0
 # The more it gains the better it can be told whether that is what it should: from so much on a quarter of that part is
 # enough, less than that the less a minor one gains. From so much on it can be told to a tenth, and an eighth is.
 TOLD, WELL_TOLD = 100.0, 500.0
-# Standard deviations by which a true cause may gain less than it should: one of six does by the first, one of 160
-# by the other.
-NEAR, FAR = 1.0, 2.5
+# Standard deviations by which a true cause may gain less than it should: one of six does by the first, one of 20 by the
+# second, which is enough where no other formula of what was found acts, and one of 160 by the last.
+NEAR, NEAR_ELSEWHERE, FAR = 1.0, 1.65, 2.5
 # And more, where it looks: the frames that chose tell as badly as others how often things are there, which are few, and
 # their gains far from normal.
 FEW = 4.0
@@ -103,7 +103,7 @@ class Candidate:
             return True
         if others > 1 and self.observed < max(A_THIRD, MINOR_PART * won if self.elsewhere <= ELSEWHERE else 0.0):
             return True
-        least = MINOR_AS_EXPECTED if short < NEAR else MINOR
+        least = MINOR_AS_EXPECTED if short < (NEAR_ELSEWHERE if self.elsewhere > ELSEWHERE else NEAR) else MINOR
         told = np.log(max(self.observed, MINOR) / MINOR) / np.log(TOLD / MINOR) if short < FAR else 0.0
         part = MINOR_PART / 4 ** min(told, 1.0)
         part = MINOR_PART / 8 if short < NEAR and self.observed > WELL_TOLD else part

@@ -31,7 +31,15 @@ def of(observed, expected, away, looks=False):
         (99, 175, 0.0, 1265, False),  # Both halves scatter: 76 apart, by 37.
         (99, 205, 0.0, 1265, True),  # Less than it should.
         (38, 40, 0.9, 1000, False),  # Little, but as it should be.
-        (38, 90, 0.9, 1000, True),  # Little, and less than it should be.
+        (
+            38,
+            66,
+            0.9,
+            1000,
+            False,
+        ),  # Little, and less than it should be, as one of ten is.
+        (38, 66, 0.0, 100, True),  # The same where it does.
+        (38, 90, 0.9, 1000, True),  # Little, and less than one of 20 would be.
         (25, 25, 1.0, 1000, True),  # Too little in any case.
         (40, 40, 0.0, 100, False),
         (1100, 1150, 0.0, 70000, False),  # A hundredth, but as it should be to a twentieth.
