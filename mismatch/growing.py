@@ -12,6 +12,7 @@ from mismatch.noise import Nuisances
 from mismatch.poisson import LEAST
 from mismatch.simulation import Simulation
 from physics.setting import GROWS, OF_EVERY, SETTLES, STRONG_AT, warmed
+from recordings.refusal import Refusal
 
 # Deviance that growing must promise for a fit to be worth the while.
 WORTH = 10.0
@@ -30,7 +31,10 @@ def grown(train: Simulation, test: Simulation, chosen: Fit) -> Fit:
     given = tuple(name for name, value in how.items() if name != GROWS.name and value)
     later = replace(form, free=(*form.free, GROWS.name), start=form.start | how, given=(*form.given, *given))
     x = np.append(chosen.x, to_coordinate(GROWS, how[GROWS.name]))
-    found = fit(train, (*before, later), x, chosen.frame_gain_sigma)
+    try:
+        found = fit(train, (*before, later), x, chosen.frame_gain_sigma)
+    except Refusal:  # Counts cannot be as they would be where it begins.
+        return chosen
     likelier = found.deviance + cost(train, found) < chosen.deviance + cost(train, chosen)
     return found if likelier and on_others(test, found)[1] < on_others(test, chosen)[1] else chosen
 
@@ -59,8 +63,9 @@ def _promises(train: Simulation, chosen: Fit) -> list[tuple[float, dict[str, flo
 
 
 def _line(told: np.ndarray, asked: np.ndarray, time_s: np.ndarray, settles_s: float) -> tuple[float, dict[str, float]]:
-    """What growing promises that settles so. told: (F,) information of frames on how much there is. asked: (F,) their
-    scores.
+    """What growing promises that settles so.
+
+    told: (F,) information of frames on how much there is. asked: (F,) their scores.
     """
     far = warmed(time_s, settles_s)
     middle = float(told @ far / max(told.sum(), LEAST))
