@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 # Effects compose in this order, whatever the order in which they are named.
 STAGES = ("scene", "optics", "time", "detector", "estimator")
 
-# A parameter of every effect: a mount is knocked, a mode is changed, and from then on it is so.
+# Of every effect: a mount is knocked, a mode is changed, and from then on it is so.
 SINCE = Parameter("since", "s", 0.0, 1e9, 0.0, "When it sets in, after the session began; 0 where it was always there.")
-# Of every effect, too: a laser warms up, a mount creeps, a window fogs, and it becomes more, or less, by and by.
+# And: a laser warms up, a mount creeps, a window fogs, and it becomes more, or less, by and by.
 GROWS = Parameter("grows", "1/s", -1e3, 1e3, 0.0, "Part of its strength by which it grows in a second.", tries=(0.1,))
 STRONG_AT = Parameter("strong_at", "s", 0.0, 1e9, 0.0, "When, after the session began, it is as strong as is said.")
 SETTLES = Parameter("settling", "s", 0.0, 1e9, 0.0, "Time constant with which it stops growing; 0 where it goes on.")
@@ -69,9 +69,7 @@ class Setting:
 
 
 def warmed(time_s: np.ndarray | float, settles_s: float) -> np.ndarray:
-    """(F,) seconds after the session began; of what settles with a time constant, those in which it would have come
-    as far had it gone on as it began.
-    """
+    """(F,) seconds after the session began; of what settles, in how many it would come as far at its first pace."""
     time_s = np.asarray(time_s, float)
     return time_s if settles_s == 0 else -settles_s * np.expm1(-time_s / settles_s)
 
